@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from undertow.campaign.config import load
+from undertow.campaign.run.claim import refuse_foreign_files
 from undertow.campaign.run.folder import run_to_folder, yaml_text
-from undertow.campaign.run.foreign_files import refuse_foreign_files
 from undertow.errors import UndertowError
 
 CONFIG = """\

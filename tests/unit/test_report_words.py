@@ -19,7 +19,6 @@ from undertow.errors import ConfigError, UndertowError
 from undertow.front.terminal.changes import comparison_text
 from undertow.likelihood.fit import Fit, Specimen
 from undertow.quantities import Estimate
-from undertow.report.anchors import anchors
 from undertow.report.arrange import (
     agreement,
     by_amplitude,
@@ -38,6 +37,7 @@ from undertow.report.expressions import (
     numeric_latex,
     numeric_lines,
 )
+from undertow.report.html import anchors
 from undertow.report.wording import estimate_text, parameter_name, printed_unit, problem_of
 
 

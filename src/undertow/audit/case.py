@@ -14,14 +14,8 @@ from typing import Literal
 import numpy as np
 
 from undertow.audit.effects import DAMPING, FRICTION_FORCE, RESONATOR_DAMPING_RATIO, RESONATOR_FREQUENCY, RESONATOR_MASS
-from undertow.audit.recipes import (
-    ITERATIONS,
-    Array,
-    Known,
-    Returned,
-    method1_returns,
-    method2_returns,
-)
+from undertow.audit.recipes import ITERATIONS, Array, Known, Returned, method1_returns, method2_returns
+from undertow.audit.tables import Constants
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.errors import UndertowError
 
@@ -134,12 +128,9 @@ class PrintedCase:
         return replace(self, rows=rows, name=name or self.name)
 
 
-def known_of(case: PrintedCase, row: Row, volume_m3: float) -> Known:
-    """What the recipe of a row held fixed, at one submerged volume."""
-    dry = case.structures[row.spring]
-    return Known(
-        case.mass_kg, dry.k, dry.c, dry.mu, case.area_m2, volume_m3, case.density_kg_per_m3, case.gravity_m_per_s2
-    )
+def known_of(dry: DryStructure, of: PrintedCase | Constants, volume_m3: float) -> Known:
+    """What a recipe held fixed of a spring, at one submerged volume."""
+    return Known(of.mass_kg, dry.k, dry.c, dry.mu, of.area_m2, volume_m3, of.density_kg_per_m3, of.gravity_m_per_s2)
 
 
 def physics_of(case: PrintedCase, row: Row, values: Mapping[str, float], known: Known) -> Array:
@@ -175,7 +166,7 @@ def row_returns(
 ) -> Returned:
     """What the row's own recipe returns under physics ``values``; ``start`` an answer near by, at most ``steps`` away
     (Method 1)."""
-    known = known_of(case, row, values.get("volume_m3", case.volume_range_m3[0]))
+    known = known_of(case.structures[row.spring], case, values.get("volume_m3", case.volume_range_m3[0]))
     theta = physics_of(case, row, values, known)
     offset = values.get("rest_offset.offset_m", 0.0)
     if row.recipe == "method1":

@@ -12,15 +12,7 @@ from itertools import combinations
 import numpy as np
 
 from undertow.audit.identities import NOTICEABLE, Oddity
-from undertow.audit.tables import (
-    ADDED_MASS,
-    QUANTITIES,
-    WORDS,
-    Constants,
-    PublishedTable,
-    paired_rows,
-    same_conditions,
-)
+from undertow.audit.tables import ADDED_MASS, QUANTITIES, WORDS, Constants, PublishedTable, paired_rows, same_conditions
 
 COEFFICIENTS = (ADDED_MASS, "drag_coefficient")
 REPEATED = 0.15
@@ -131,9 +123,8 @@ def _judge_releases(table: PublishedTable, full: PublishedTable, said: np.ndarra
     for i in np.flatnonzero(decades):
         found.append(Oddity(
             "slip of the point", (table.name, full.name), "release", float(said[i]), float(known[i]), "m",
-            f"{table.title}: a release of {said[i]:.4g} m stands where {full.title} has {known[i]:.4g} m: a "
-            f"slip of the "
-            f"decimal point ({said[i] / 10.0 ** decades[i]:.4g} m is meant).",
+            f"{table.title}: a release of {said[i]:.4g} m stands where {full.title} has {known[i]:.4g} m: a slip of "
+            f"the decimal point ({said[i] / 10.0 ** decades[i]:.4g} m is meant).",
         ))  # fmt: skip
     ratio = said / 10.0**decades / known
     middle = float(np.median(ratio))

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from undertow.audit.case import DryStructure
+from undertow.audit.case import DryStructure, known_of
 from undertow.audit.identities import NOTICEABLE, Oddity
 from undertow.audit.recipes import Array, Known, method2_returns, trajectory
 from undertow.audit.tables import ADDED_MASS, Constants, PublishedTable
-from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.errors import UndertowError
 
 DRAWS = 4000
@@ -91,18 +90,11 @@ def check_forces(
     return found + _not_printed(tables, structures, constants)
 
 
-def _known(structure: DryStructure, constants: Constants, volume: float) -> Known:
-    return Known(
-        constants.mass_kg, structure.k, structure.c, structure.mu, constants.area_m2, volume,
-        constants.density_kg_per_m3, constants.gravity_m_per_s2,
-    )  # fmt: skip
-
-
 def _maxima(table: PublishedTable, structure: DryStructure, constants: Constants) -> list[Oddity]:
     columns = table.columns
     total = constants.mass_kg + columns[ADDED_MASS].values
     acceleration, release = columns["acceleration"].values, columns["release"].values
-    known = [_known(structure, constants, volume) for volume in constants.volume_range_m3]
+    known = [known_of(structure, constants, volume) for volume in constants.volume_range_m3]
     friction = max(one.friction_N for one in known)
     # friction brakes before the turning point and at the release it drives the other way: both sides are allowed
     masses = np.array([(structure.k * release + side * friction) / acceleration for side in (-1.0, 1.0)])
@@ -126,12 +118,9 @@ def _largest_velocity(table: PublishedTable, known: Known) -> list[Oddity]:
     """The velocity that Eq. 15 reaches with the printed coefficients, against the printed one."""
     columns, ratios, reached = table.columns, [], []
     for row in range(table.rows):
-        theta = np.zeros(N_SLOTS)
-        theta[SLOT["mass"]] = known.mass_kg + columns[ADDED_MASS].values[row]
-        theta[SLOT["k1"]], theta[SLOT["c1"]], theta[SLOT["fc"]] = known.k_N_per_m, known.c_Ns_per_m, known.friction_N
-        theta[SLOT["q"]] = known.drag_unit * columns["drag_coefficient"].values[row]
-        theta[SLOT["x0"]] = columns["release"].values[row]
-        half = math.pi * math.sqrt(theta[SLOT["mass"]] / known.k_N_per_m)
+        added, drag, release = (columns[name].values[row] for name in (ADDED_MASS, "drag_coefficient", "release"))
+        theta = known.equation_15(known.mass_kg + added, known.drag_unit * drag, release)
+        half = math.pi * math.sqrt((known.mass_kg + added) / known.k_N_per_m)
         _, v, _ = trajectory(theta, np.linspace(0.0, half, 200), half / 60.0)
         reached.append(float(np.max(np.abs(v))))
         ratios.append(columns["velocity"].values[row] / reached[-1])
@@ -143,9 +132,8 @@ def _largest_velocity(table: PublishedTable, known: Known) -> list[Oddity]:
     return [Oddity(
         "largest velocity", (table.name,), "velocity", printed, reached[worst], "m/s",
         f"{table.title}: Eq. 15 with the printed coefficients reaches {reached[worst]:.3g} m/s from "
-        f"{columns['release'].values[worst]:.4g} m, {printed:.3g} m/s is printed ({int(off.sum())} of "
-        f"{table.rows} rows "
-        f"differ by more than {100.0 * MAXIMA_AGREE:.0f} %, ratios {min(ratios):.2f} to {max(ratios):.2f}).",
+        f"{columns['release'].values[worst]:.4g} m, {printed:.3g} m/s is printed ({int(off.sum())} of {table.rows} "
+        f"rows differ by more than {100.0 * MAXIMA_AGREE:.0f} %, ratios {min(ratios):.2f} to {max(ratios):.2f}).",
     )]  # fmt: skip
 
 
@@ -154,16 +142,13 @@ def _recipe(table: PublishedTable, structure: DryStructure, constants: Constants
     friction."""
     if "release" not in table.columns:
         return []
-    known = _known(structure, constants, constants.volume_range_m3[0])
+    known = known_of(structure, constants, constants.volume_range_m3[0])
     releases = table.columns["release"].values
     row = int(np.argmax(releases))
     release = float(releases[row])
     added = float(table.columns[ADDED_MASS].values[row]) if ADDED_MASS in table.columns else 0.0
     printed = float(table.columns["drag_coefficient"].values[row])
-    theta = np.zeros(N_SLOTS)
-    theta[SLOT["mass"]] = constants.mass_kg + added
-    theta[SLOT["k1"]], theta[SLOT["c1"]], theta[SLOT["fc"]] = known.k_N_per_m, known.c_Ns_per_m, known.friction_N
-    theta[SLOT["q"]], theta[SLOT["x0"]] = known.drag_unit * max(printed, 0.0), release
+    theta = known.equation_15(constants.mass_kg + added, known.drag_unit * max(printed, 0.0), release)
     try:
         returned = method2_returns(theta, known, keep_inertia=False)
     except UndertowError:
@@ -173,11 +158,9 @@ def _recipe(table: PublishedTable, structure: DryStructure, constants: Constants
     return [
         Oddity(
             "formula", (table.name,), "drag_coefficient", printed, returned.bounded_drag, "1",
-            f"{table.title}: Eq. 21 as printed leaves out (m + m_a) x'', which balances the forces at x = 0: on "
-            f"a motion with "
-            f"the printed coefficients it gives C_d = {returned.bounded_drag:.3g}, and a negative one on every "
-            f"decay, where "
-            f"{printed:.3g} is printed.",
+            f"{table.title}: Eq. 21 as printed leaves out (m + m_a) x'', which balances the forces at x = 0: on a "
+            f"motion with the printed coefficients it gives C_d = {returned.bounded_drag:.3g}, and a negative one on "
+            f"every decay, where {printed:.3g} is printed.",
         ),
         Oddity(
             "formula", (table.name,), ADDED_MASS, added, added - known.friction_N / acceleration, "kg",

@@ -10,13 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from undertow.audit.identities import (
-    IDENTITIES,
-    Identity,
-    Oddity,
-    dry_stiffness,
-    identity_columns,
-)
+from undertow.audit.identities import IDENTITIES, Identity, Oddity, dry_stiffness, identity_columns
 from undertow.audit.recipes import Array
 from undertow.audit.tables import WORDS, Constants, PublishedTable, same_conditions
 

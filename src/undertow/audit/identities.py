@@ -17,15 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from undertow.audit.recipes import Array
-from undertow.audit.tables import (
-    ADDED_MASS,
-    WORDS,
-    Column,
-    Constants,
-    PublishedTable,
-    dry_value,
-    same_conditions,
-)
+from undertow.audit.tables import ADDED_MASS, WORDS, Column, Constants, PublishedTable, dry_value, same_conditions
 
 NOTICEABLE = 0.01
 """Identities that hold within 1 % beyond the printed digits pass: constants are printed to three digits."""

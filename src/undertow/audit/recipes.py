@@ -72,6 +72,13 @@ class Known:
         """rho A / 2: drag force per unit C_d and squared velocity, kg/m."""
         return 0.5 * self.density_kg_per_m3 * self.area_m2
 
+    def equation_15(self, mass_kg: float, drag: float, x0_m: float) -> Array:
+        """Parameter vector of Eq. 15 released from ``x0_m``: total mass, and drag in N s^2/m^2."""
+        theta = np.zeros(N_SLOTS)
+        theta[SLOT["mass"]], theta[SLOT["q"]], theta[SLOT["x0"]] = mass_kg, drag, x0_m
+        theta[SLOT["k1"]], theta[SLOT["c1"]], theta[SLOT["fc"]] = self.k_N_per_m, self.c_Ns_per_m, self.friction_N
+        return theta
+
 
 @dataclass(frozen=True)
 class Returned:
@@ -136,12 +143,7 @@ class _Fitter:
 
     def theta(self, mass: float, q: float) -> Array:
         """Parameter vector of Eq. 15 with what the recipe holds fixed; total mass kg, drag N s^2/m^2."""
-        theta = np.zeros(N_SLOTS)
-        known = self.known
-        theta[SLOT["mass"]], theta[SLOT["q"]] = mass, q
-        theta[SLOT["k1"]], theta[SLOT["c1"]], theta[SLOT["fc"]] = known.k_N_per_m, known.c_Ns_per_m, known.friction_N
-        theta[SLOT["x0"]] = self.x[0]
-        return theta
+        return self.known.equation_15(mass, q, float(self.x[0]))
 
     def rms(self, mass: float, q: float) -> float:
         """What Method 1 minimises: displacement RMS, m; infinite where the motion runs away."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import product
+from itertools import chain, product
 
 from undertow.audit.answer import Answer, Weight, probabilities_under
 from undertow.audit.effects import FRICTION, LINEAR, RESONATOR
@@ -40,18 +40,16 @@ TESTS: Mapping[frozenset[str], str] = {
         "to the amplitude, at a rest position within mu N / k; linear damping takes the same share of every cycle"
     ),
     frozenset({LINEAR, "drag_exponent"}): (
-        "releases over a tenfold range of amplitude on one spring: decrement against amplitude is flat for "
-        "linear damping "
-        "and a power below one for a falling drag"
+        "releases over a tenfold range of amplitude on one spring: decrement against amplitude is flat for linear "
+        "damping and a power below one for a falling drag"
     ),
     frozenset({FRICTION, "drag_exponent"}): (
         "the vertical load cells during the motion, or the same release with weights added over the bearings: friction "
         "follows the normal force, drag does not"
     ),
     frozenset({LINEAR, RESONATOR}): (
-        "the whole record instead of two coefficients, or a second spring: a resonator makes a beat and its "
-        "damping depends "
-        "on the spring, linear damping does neither"
+        "the whole record instead of two coefficients, or a second spring: a resonator makes a beat and its damping "
+        "depends on the spring, linear damping does neither"
     ),
     frozenset({FRICTION, "rest_offset"}): (
         "the first turning points on both sides: an offset changes sign from one to the next, friction does not"
@@ -60,9 +58,8 @@ TESTS: Mapping[frozenset[str], str] = {
         "the rest position after the motion, and turning points on both sides: an offset shows there, damping does not"
     ),
     frozenset({RESONATOR, "support_compliance"}): (
-        "a third spring, or the dry period again with the wet set-up: compliance shifts every level alike, a "
-        "resonator does "
-        "not shift the dry period"
+        "a third spring, or the dry period again with the wet set-up: compliance shifts every level alike, a resonator "
+        "does not shift the dry period"
     ),
     frozenset({RESONATOR, "gain_error"}): (
         "the spring's stiffness again, by a weight and a ruler or by its dry period: a mis-stated one shifts every "
@@ -83,6 +80,9 @@ PARAMETER_WORDS: Mapping[str, str] = {
     "offset_m": "offset", "exponent": "exponent", "c_Ns_per_m": "c", "compliance_m_per_N": "compliance",
 }  # fmt: skip
 """A parameter inside a sentence, its unit beside the number."""
+
+OF_SPRING = "true over printed stiffness, less one, of spring "
+"""What stands in a sentence for the beginning of a parameter that belongs to one spring."""
 
 NO_WATER_TEST = "a dry release of the same amplitude through the same recipe: what it returns is the structure's share"
 
@@ -180,13 +180,9 @@ def next_test(preferred: tuple[str, ...], alternatives: tuple[tuple[str, ...], .
     """
     if not informs:
         return NO_WATER_TEST
-    for alternative in alternatives:
-        for one, other in product(preferred, alternative):
-            test = TESTS.get(frozenset({one, other}))
-            if test and one != other:
-                return test
     singles = [effect for alternative in alternatives for effect in alternative if effect not in preferred]
-    for one, other in product(singles, singles):
+    beside = (product(preferred, alternative) for alternative in alternatives)
+    for one, other in chain(*beside, product(singles, singles)):
         test = TESTS.get(frozenset({one, other}))
         if test and one != other:
             return test
@@ -238,11 +234,6 @@ def likely(probability: float) -> str:
     return "above 0.999" if probability > 0.999 else f"{probability:.3g}"
 
 
-def _of_spring(name: str) -> str:
-    """A parameter that belongs to one spring, in words."""
-    return name.replace("stiffness_", "true over printed stiffness, less one, of spring ")
-
-
 def _on_bound(name: str, found: Range) -> str:
     """Said of an exponent that would rather be linear damping."""
     near = name == "exponent" and found.low < EXPONENTS[0] + NEAR_LINEAR
@@ -262,7 +253,7 @@ def _told(weight: Weight) -> str:
     if len(weight.posteriors) > 1:
         return weight.rival.label
     ranges = [
-        f"{PARAMETER_WORDS.get(name, _of_spring(name))} "
+        f"{PARAMETER_WORDS.get(name, name.replace('stiffness_', OF_SPRING))} "
         f"{rounded(r.low)} to {rounded(r.high)}{'' if r.unit == '1' else ' ' + r.unit}{_on_bound(name, r)}"
         for effect, group in _parameters(weight)[0].items()
         if effect != "water"

@@ -18,7 +18,7 @@ from undertow.recording.layout import Column
 from undertow.recording.propose import name_and_unit, propose_mapping, step_in_doubt
 from undertow.recording.recording import CHANNELS, Array, Coordinate
 from undertow.recording.stacked import stacked
-from undertow.recording.units import KNOWN, factor_to_si
+from undertow.recording.units import KNOWN, factor_to_si, is_unit_of
 
 Columns = Mapping[str, Column | Sequence[Column]]
 """Quantity (displacement, acceleration, spring_force, ..., time) -> its column, or several that are summed."""
@@ -195,13 +195,8 @@ def _unit(quantity: str, names: Sequence[Column], said: Mapping[Column, str], un
 
 def _coordinate(units: Mapping[str, str]) -> Coordinate:
     """Rotation where a displacement or velocity has an angle's unit."""
-    for quantity in ("displacement", "velocity"):
-        if quantity in units:
-            try:
-                factor_to_si(units[quantity], quantity, "translation")
-            except RecordingError:
-                return "rotation"
-    return "translation"
+    moved = [one for one in ("displacement", "velocity") if one in units]
+    return "translation" if all(is_unit_of(units[one], one, "translation") for one in moved) else "rotation"
 
 
 def _shown(table: pd.DataFrame) -> str:

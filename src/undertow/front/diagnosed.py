@@ -25,7 +25,7 @@ from undertow.front.prediction import scatter_of
 from undertow.front.tables import parameter_lines
 from undertow.front.trials import Trials
 from undertow.quantities import OK, Estimate
-from undertow.recording.recording import Array
+from undertow.recording.recording import Array, Condition
 from undertow.report.trial_curves import Axes, draw_runs_before_and_after, new_axes
 from undertow.report.trial_figures import draw_residual
 from undertow.uncertainty.posterior import Draws
@@ -47,6 +47,11 @@ class DiagnosedGroup(FoundNumbers):
     def label(self) -> str:
         """The group's conditions in words."""
         return self.findings.label
+
+    @property
+    def conditions(self) -> Mapping[str, Condition]:
+        """The group's conditions by name."""
+        return dict(self.findings.key)
 
     @property
     def status(self) -> Status:

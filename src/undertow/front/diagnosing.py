@@ -6,9 +6,8 @@ search (discrepancy/, comparison/), one group's result (diagnosed.py).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from html import escape
 from typing import Any, Unpack
 
 import pandas as pd
@@ -26,13 +25,12 @@ from undertow.front.diagnosed import DiagnosedGroup
 from undertow.front.known import RigAndRead, parted, terms_of, with_settings
 from undertow.front.reading import Source, read
 from undertow.front.trials import Trials
+from undertow.front.verdicts import Verdicts
 from undertow.recording.recording import Condition
-from undertow.report.trial_curves import Axes, draw_errors, new_axes
-from undertow.report.which_group import group_meant
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Diagnosis:
+class Diagnosis(Verdicts[DiagnosedGroup]):
     """What is said of every group of trials: a sequence of `DiagnosedGroup`, dry groups first.
 
     ``findings`` is what `undertow run` writes its report from; ``across_groups`` the sentence over all groups;
@@ -41,18 +39,6 @@ class Diagnosis:
 
     findings: Findings
     groups: tuple[DiagnosedGroup, ...]
-
-    def __len__(self) -> int:
-        return len(self.groups)
-
-    def __iter__(self) -> Iterator[DiagnosedGroup]:
-        return iter(self.groups)
-
-    def __getitem__(self, which: int | str) -> DiagnosedGroup:
-        """A group by place, by its label, or by words or conditions that it alone fits."""
-        if isinstance(which, int):
-            return self.groups[which]
-        return self.groups[group_meant(which, [group.findings.key for group in self.groups])]
 
     @property
     def failed(self) -> tuple[FailedTrial, ...]:
@@ -70,33 +56,15 @@ class Diagnosis:
         return self.findings.across_groups
 
     @property
-    def verdicts(self) -> pd.DataFrame:
-        """One row a group: status, what is named, confidence, free-run error before and after, what is allowed."""
-        rows = [group.row for group in self.groups]
-        return pd.DataFrame(rows, index=pd.Index([g.label for g in self.groups], name="group"))
-
-    @property
     def parameters(self) -> pd.DataFrame:
         """Parameters of every group's repaired equation (of the prescribed one where nothing is named)."""
         return pd.concat({group.label: group.parameters for group in self.groups}, names=["group"])
-
-    def plot(self, axes: Axes | None = None) -> Axes:
-        """Free-run error of every group before and after the repair, beside what is allowed; returns the Axes."""
-        rows = [
-            (g.label, g.verdict.baseline.nrmse, g.error_after, g.verdict.repeatability_nrmse) for g in self.groups
-        ]
-        return draw_errors(rows, new_axes() if axes is None else axes)
 
     def __repr__(self) -> str:
         lines = [group.sentence for group in self.groups]
         lines += [self.across_groups] if self.across_groups else []
         lines += [f"doubt: {one}" for one in self.doubts]
         return "\n".join([*lines, *(f"not used: {one.reason}" for one in self.failed)])
-
-    def _repr_html_(self) -> str:
-        said = "".join(f"<p>{escape(line)}</p>" for line in str(self).splitlines())
-        table = self.verdicts.to_html(border=0, float_format=lambda value: f"{value:.3g}", na_rep="-")
-        return f"<div>{said}{table}</div>"
 
 
 def diagnose(

@@ -25,7 +25,6 @@ from undertow.equation.general import place_of, placed_equation, placed_terms
 from undertow.equation.registry import catalogue
 from undertow.errors import IdentificationError, RecordingError, UndertowError
 from undertow.front.columns import Columns, Units
-from undertow.front.curves import curve_of, noise_of_curve
 from undertow.front.diagnosing import diagnose
 from undertow.front.driving import Driven
 from undertow.front.found_equation import FoundEquation, every_trial, mean_score
@@ -38,7 +37,16 @@ from undertow.front.trials import Trials
 from undertow.likelihood.free_run import FreeRun
 from undertow.quantities import Hold
 from undertow.recording.recording import Array
-from undertow.report.trial_curves import Axes, draw_intervals, draw_pairs, draw_run, draw_run_residual, new_axes
+from undertow.report.trial_curves import (
+    Axes,
+    curve_of,
+    draw_intervals,
+    draw_pairs,
+    draw_run,
+    draw_run_residual,
+    new_axes,
+    noise_of_curve,
+)
 from undertow.uncertainty.confidence import INTERVAL_LEVEL, half_width
 from undertow.uncertainty.posterior import Draws
 

@@ -70,8 +70,7 @@ class Driven:
 
     def equations(self) -> list[str]:
         """The equation in one line, with its laws' symbols, and its numbers with their errors."""
-        entry = written(self.fit, self.rms, float(np.std(self.trial.outputs["displacement"])), self.trial)
-        return [equation_text(entry)]
+        return [equation_text(written(self.fit, self.rms, self._size, self.trial))]
 
     def print(self) -> None:
         """Print `equations`, one a line."""
@@ -83,7 +82,7 @@ class Driven:
         said = [] if self.fit.outcome == OK else [self.fit.outcome]
         noise = self.trial.noise()["displacement"]
         if self.rms > ADEQUATE * noise:
-            share = self.rms / float(np.std(self.trial.outputs["displacement"]))
+            share = self.rms / self._size
             said.append(
                 f"the free run over what was fitted misses {percent(share)} of the motion, {self.rms / noise:.2g} "
                 "times the sensor's noise: the equation lacks something"
@@ -142,13 +141,17 @@ class Driven:
         return driven_record(x, t, u, self.trial.hold, self.trial.quantity, frame, units=units)
 
     @property
+    def _size(self) -> float:
+        """Standard deviation of the first driven record's motion, unit of x."""
+        return float(np.std(self.trial.outputs["displacement"]))
+
+    @property
     def _equation(self) -> DrivenEquation:
         """Everything that a free run needs."""
-        size = float(np.std(self.trial.outputs["displacement"]))
         varying = self.fit.strokes
         return DrivenEquation(
             self.fit.started, self.fit.names, self.fit.values, self.fit.covariance,
-            self.rms if varying is None else varying.beyond, size, self.trial.noise()["displacement"],
+            self.rms if varying is None else varying.beyond, self._size, self.trial.noise()["displacement"],
             extent_of(self.trial), {}, (0.0, 0.0) if varying is None else varying.spreads,
         )  # fmt: skip
 

@@ -18,7 +18,6 @@ from undertow.discrepancy.words import count, percent
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
-from undertow.front.curves import curve_of, noise_of_curve
 from undertow.front.found_equation import FoundNumbers, every_trial, mean_score
 from undertow.front.prediction import normal_thetas, scatter_of
 from undertow.front.tables import html_page, parameter_lines
@@ -28,7 +27,7 @@ from undertow.likelihood.free_run import FreeRun, free_run
 from undertow.likelihood.scale import Anchor
 from undertow.methods.baseline import GroupFit
 from undertow.quantities import OK, Estimate
-from undertow.report.trial_curves import Axes, draw_run, draw_run_residual, new_axes
+from undertow.report.trial_curves import Axes, curve_of, draw_run, draw_run_residual, new_axes, noise_of_curve
 from undertow.uncertainty.confidence import INTERVAL_LEVEL
 from undertow.uncertainty.hierarchy import Effect
 from undertow.uncertainty.posterior import Draws, posterior_draws

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import webbrowser
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
@@ -30,12 +30,11 @@ from undertow.front.reading import load
 from undertow.front.run_prediction import RunPrediction, StoredEquation, predict_driven_run, predict_run
 from undertow.front.tables import parameter_table
 from undertow.front.trials import Trials
+from undertow.front.verdicts import Verdicts
 from undertow.quantities import Estimate, or_nan
-from undertow.recording.recording import Array
+from undertow.recording.recording import Array, Condition
 from undertow.report.tables import as_written
-from undertow.report.trial_curves import Axes, draw_errors, new_axes
 from undertow.report.verdict_file import read_verdicts
-from undertow.report.which_group import group_meant
 from undertow.report.writing import PAGES
 
 
@@ -49,7 +48,13 @@ class OpenedGroup(FoundEquation):
     @property
     def label(self) -> str:
         """The group's conditions in words."""
-        return group_title(self.data["group"])
+        return group_title(self.conditions)
+
+    @property
+    def conditions(self) -> Mapping[str, Condition]:
+        """The group's conditions by name."""
+        conditions: Mapping[str, Condition] = self.data["group"]
+        return conditions
 
     @property
     def status(self) -> str:
@@ -131,30 +136,12 @@ class OpenedGroup(FoundEquation):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OpenedRun:
+class OpenedRun(Verdicts[OpenedGroup]):
     """A finished run: its ``folder``, and every group's verdict in the run's order."""
 
     folder: Path
     groups: tuple[OpenedGroup, ...]
     across_groups: str = ""
-
-    def __len__(self) -> int:
-        return len(self.groups)
-
-    def __iter__(self) -> Iterator[OpenedGroup]:
-        return iter(self.groups)
-
-    def __getitem__(self, which: int | str) -> OpenedGroup:
-        """A group by place, by its label, or by words or conditions that it alone fits."""
-        if isinstance(which, int):
-            return self.groups[which]
-        return self.groups[group_meant(which, [group.data["group"] for group in self.groups])]
-
-    @property
-    def verdicts(self) -> pd.DataFrame:
-        """One row a group: status, what is named, confidence, free-run error before and after, what is allowed."""
-        index = pd.Index([g.label for g in self.groups], name="group")
-        return pd.DataFrame([group.row for group in self.groups], index=index)
 
     @cached_property
     def trials(self) -> pd.DataFrame:
@@ -194,11 +181,6 @@ class OpenedRun:
         """The page, report.html."""
         return self._file("report.html")
 
-    def plot(self, axes: Axes | None = None) -> Axes:
-        """Free-run error of every group before and after the repair, beside what is allowed; returns the Axes."""
-        rows = [(g.label, *(g.row[key] for key in ("error", "error_repaired", "allowed"))) for g in self.groups]
-        return draw_errors(rows, new_axes() if axes is None else axes)
-
     def _table(self, name: str) -> pd.DataFrame:
         table = pd.read_csv(self._file(f"{name}.csv")).rename(columns=as_written)
         return table.map(lambda value: as_written(value) if isinstance(value, str) else value)
@@ -212,11 +194,6 @@ class OpenedRun:
     def __repr__(self) -> str:
         lines = [group.sentence for group in self.groups]
         return "\n".join([f"run {self.folder}", *lines, *([self.across_groups] if self.across_groups else [])])
-
-    def _repr_html_(self) -> str:
-        said = "".join(f"<p>{escape(line)}</p>" for line in str(self).splitlines())
-        table = self.verdicts.to_html(border=0, float_format=lambda value: f"{value:.3g}", na_rep="-")
-        return f"<div>{said}{table}</div>"
 
 
 def open_run(folder: str | Path) -> OpenedRun:

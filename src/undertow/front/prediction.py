@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from numbers import Integral
 from typing import Any
 
@@ -16,6 +17,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from undertow.comparison.deviations import SLOTS
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.words import percent
 from undertow.equation.equation import Equation
@@ -44,13 +46,10 @@ LEAST_DRAWS = 2
 BAND_POINTS = 1000
 """Instants at which a band is computed; between them it is interpolated."""
 
-RUBBING = {"k": "k1", "c": "c1", "mu": "fc"}
-"""Slots of what differs from trial to trial."""
-
 NOTHING = np.zeros(0, dtype=np.int64)
 
-FROM_START = "from x0"
-"""Name of a free run without a trial."""
+FROM_START = ("from x0", "translation", "displacement")
+"""Name, coordinate and quantity of a free run without a trial."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +124,7 @@ class Prediction:
     def __repr__(self) -> str:
         lines = [f"free run of {self.equation}"]
         for run in self.runs:
-            begun = f"{run.name} =" if run.name == FROM_START else f"{run.name} from"
+            begun = f"{run.name} =" if run.name == FROM_START[0] else f"{run.name} from"
             start = f"{begun} {run.x0:.4g} (SI), {run.t[-1]:.4g} s"
             seen = f": error {percent(run.nrmse)} of the motion (rms {run.rms:.3g})" if run.measured.size else ""
             held = f", {percent(run.inside)} of it inside the {self.level:.0%} band" if run.inside >= 0.0 else ""
@@ -133,8 +132,6 @@ class Prediction:
         return "\n".join([*lines, *(f"- {note}" for note in self.notes)])
 
     def _repr_html_(self) -> str:
-        from html import escape
-
         return f"<pre>{escape(str(self))}</pre>"
 
 
@@ -200,14 +197,15 @@ def predict_whole(
     equation = equation_of(found)
     drawn, _ = _drawn(found, DRAWS, np.random.default_rng(0))
     noise, rest_std, missed = others
+    named = FROM_START
     if isinstance(where, Motion):
         quantity = scored_channel(where)
         times = where.recording.time - where.window.release_s
         measured = where.recording.channels[quantity]
         (x0, v0), rest = _start(where, 0.0)
-        named: str | tuple[str, str, str] = (where.name, where.recording.coordinate, quantity)
+        named = (where.name, where.recording.coordinate, quantity)
     else:
-        times, measured, v0, rest, named = where, None, 0.0, 0.0, FROM_START
+        times, measured, v0, rest = where, None, 0.0, 0.0
     free = _run(equation, drawn, named, times, (x0, v0), rest, INTERVAL_LEVEL)
     beyond = missed * float(np.sqrt(np.mean((free.predicted[times >= 0.0] - rest) ** 2)))
     size = math.hypot(noise, rest_std, beyond)
@@ -220,7 +218,7 @@ def _drawn(found: Any, draws: int, rng: np.random.Generator) -> tuple[Array, tup
     if spread is None:
         return np.zeros((0, 0)), ("no band: an equation alone has no errors",)
     thetas, scatter, note = spread(draws, rng)
-    for symbol, slot in RUBBING.items():
+    for symbol, slot in SLOTS.items():
         factors = 1.0 + scatter.get(symbol, 0.0) * rng.standard_normal(draws)
         thetas[:, SLOT[slot]] *= np.maximum(factors, 0.0)
     return thetas, (note,)
@@ -276,11 +274,11 @@ def _start(motion: Motion, rest_m: float) -> tuple[tuple[float, float], float]:
 
 
 def _run(
-    equation: Equation, drawn: Array, named: str | tuple[str, str, str], times: Array, start: tuple[float, float],
+    equation: Equation, drawn: Array, named: tuple[str, str, str], times: Array, start: tuple[float, float],
     rest: float, level: float, measured: Array | None = None, noise: float = 0.0, late: float = 0.0,
 ) -> PredictedRun:  # fmt: skip
-    """One free run with its band; ``named`` is its name, or name, coordinate and quantity."""
-    name, coordinate, quantity = (named, "translation", "displacement") if isinstance(named, str) else named
+    """One free run with its band; ``named`` is its name, coordinate and quantity."""
+    name, coordinate, quantity = named
     place = {"displacement": 0, "velocity": 1, "acceleration": 2}[quantity]
     at = np.maximum(times + late, 0.0)
     grid = np.unique(np.concatenate([[0.0], at]))

@@ -62,8 +62,7 @@ class FrequencyResponse:
         """Amplitude against frequency; returns the Axes."""
         axes, table = new_axes() if axes is None else axes, self.table
         axes.plot(table["frequency_Hz"], table["amplitude"], ".-", label=label)
-        axes.set_xlabel("frequency (Hz)")
-        axes.set_ylabel("amplitude (m or rad)")
+        axes.set(xlabel="frequency (Hz)", ylabel="amplitude (m or rad)")
         axes.legend()
         return axes
 

@@ -59,6 +59,16 @@ class StoredEquation:
         return found
 
     @property
+    def largest(self) -> float:
+        """Largest amplitude tested, SI; 0 where the run was made before it was written."""
+        return float(self.entry.get("largest", 0.0))
+
+    @property
+    def others(self) -> tuple[float, float, float]:
+        """Noise and rest position's error, SI, and the share of the motion that the equation misses."""
+        return float(self.entry["noise"]), float(self.entry["rest_std"]), float(self.version["missed_nrmse"])
+
+    @property
     def equation(self) -> Equation:
         """The equation with its numbers."""
         return self._with(np.array([row["value"] for row in self.version["rows"]]), float(self.version["mass_kg"]))
@@ -194,9 +204,10 @@ def predict_run(
             )
         entry = _group(groups, group, {})
         times = np.arange(math.floor(duration_s * rate_hz) + 1) / rate_hz
-        made = predict_whole(StoredEquation(entry), times, x0, _others(entry))
-        period = own_period_s(StoredEquation(entry).equation, x0, duration_s)
-        done = RunPrediction(made, np.zeros(times.size), entry["label"], unit, _largest(entry), period)
+        stored = StoredEquation(entry)
+        made = predict_whole(stored, times, x0, stored.others)
+        period = own_period_s(stored.equation, x0, duration_s)
+        done = RunPrediction(made, np.zeros(times.size), entry["label"], unit, stored.largest, period)
     else:
         _no_start_beside(recording, start)
         file = Path(recording)
@@ -273,8 +284,9 @@ def _spare_recording(recording: str | Path | None, out: str | Path | None) -> No
 
 def _on(motion: Motion, entry: Mapping[str, Any], unit: str) -> RunPrediction:
     """The free run on a recording, every sample of it: held before the release, free after it."""
-    made = predict_whole(StoredEquation(entry), motion, math.nan, _others(entry))
-    return RunPrediction(made, (made.t < 0.0).astype(np.float64), entry["label"], unit, _largest(entry))
+    stored = StoredEquation(entry)
+    made = predict_whole(stored, motion, math.nan, stored.others)
+    return RunPrediction(made, (made.t < 0.0).astype(np.float64), entry["label"], unit, stored.largest)
 
 
 def _check_start(said: Mapping[str, float]) -> None:
@@ -297,17 +309,6 @@ def _no_start_beside(recording: object, said: Mapping[str, float]) -> None:
     given = " ".join(f"--{name} {value:g}" for name, value in said.items() if not math.isnan(value))
     if recording is not None and given:
         raise ConfigError(f"{given} beside the recording {recording}, which has its own; give one of the two")
-
-
-def _largest(entry: Mapping[str, Any]) -> float:
-    """Largest amplitude tested, SI; 0 where the run was made before it was written."""
-    return float(entry.get("largest", 0.0))
-
-
-def _others(entry: Mapping[str, Any]) -> tuple[float, float, float]:
-    """Noise and rest position's error, SI, and the share of the motion that the equation misses."""
-    version = entry["versions"].get("augmented") or entry["versions"]["baseline"]
-    return float(entry["noise"]), float(entry["rest_std"]), float(version["missed_nrmse"])
 
 
 def _listed(config: RunConfig, file: Path) -> list[Entry]:

@@ -79,7 +79,7 @@ def plateaus(values: Array, step: float) -> int:
     """
     found = 0
     for extreme, sign in ((np.max(values), 1.0), (np.min(values), -1.0)):
-        for start, end in _runs(values == extreme):
+        for start, end in runs(values == extreme):
             reach = max((end - start) // 2, 3)
             if end - start < PLATEAU_SAMPLES or start < reach or end + reach > values.size:
                 continue
@@ -107,7 +107,7 @@ def levels(values: Array, sigma: float) -> tuple[RangeEnd, ...]:
         signed, band = sign * values, LEVEL_BAND * sigma
         high = float(np.max(signed))
         tops, kinked = [np.zeros(0)], False
-        for start, end in _runs(signed > high - band):
+        for start, end in runs(signed > high - band):
             reach = max((end - start) // 2, 3)
             if end - start < LEVEL_SHORT or start < reach or end + reach > signed.size:
                 continue
@@ -136,7 +136,7 @@ def begins_cut(values: Array, sigma: float) -> float | None:
         return None
     for sign in (1.0, -1.0):
         signed = sign * values
-        start, end = _runs(signed > float(np.max(signed)) - band)[0]
+        start, end = runs(signed > float(np.max(signed)) - band)[0]
         top = signed[start + 1 : end - 1]
         if start > 0 or top.size < LEVEL_SAMPLES or _bend(top) <= LEVEL_BEND * band / LEVEL_BAND:
             continue
@@ -178,11 +178,11 @@ def _bend(top: Array) -> float:
 
 def longest_hold(values: Array) -> int:
     """Longest run of samples exactly at the largest or smallest value."""
-    runs = [end - start for extreme in (np.max(values), np.min(values)) for start, end in _runs(values == extreme)]
-    return max(runs, default=0)
+    lengths = [e - s for extreme in (np.max(values), np.min(values)) for s, e in runs(values == extreme)]
+    return max(lengths, default=0)
 
 
-def _runs(mask: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
-    """Half-open index ranges where a mask holds."""
+def runs(mask: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
+    """Half-open index ranges where a mask (n,) holds."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))

@@ -50,3 +50,12 @@ def same_condition(a: Condition | None, b: Condition | None) -> bool:
     if one is not None and other is not None:
         return math.isclose(one, other, rel_tol=EQUAL_WITHIN)
     return str(a).strip() == str(b).strip()
+
+
+def written(value: Condition) -> str:
+    """A value as a sentence gives it: numbers without needless digits.
+
+    >>> written(2.0), written("long"), written(109592.0)
+    ('2', 'long', '109592')
+    """
+    return value if isinstance(value, str) else f"{value:.10g}"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from undertow.recording.clipping import runs
 from undertow.recording.recording import Array
 
 FEWEST_EQUAL = 5
@@ -38,9 +39,8 @@ def find_dropouts(values: Array, step: float) -> list[Stretch]:
     >>> find_dropouts(x, 0.0)
     [(100, 120), (330, 345)]
     """
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], np.diff(values) == 0.0, [False]]).astype(np.int8)))
     found = []
-    for start, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+    for start, last in runs(np.diff(values) == 0.0):
         end = last + 1
         if end - start < FEWEST_EQUAL or start == 0 or end == values.size:
             continue

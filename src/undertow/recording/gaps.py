@@ -13,6 +13,7 @@ import numpy as np
 
 from undertow.errors import RecordingError
 from undertow.recording.channels import TimeWindow
+from undertow.recording.clipping import runs
 from undertow.recording.recording import Array
 from undertow.recording.spikes import Mask
 
@@ -108,12 +109,10 @@ def _lacks(primary_values: Array, finite: Mask, needed: Mask, name: str, primary
 
 def _gap(time: Array, missing: Mask, name: str) -> str:
     """How much of a channel is missing within the record, and where."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], missing, [False]]).astype(np.int8)))
-    starts, ends = edges[::2], edges[1::2]
-    longest = int(np.argmax(ends - starts))
-    usual = float(np.median(np.diff(time)))
-    length, at = (ends[longest] - starts[longest]) * usual, time[starts[longest]]
-    many = "a gap" if starts.size == 1 else f"{starts.size} gaps"
+    gaps = runs(missing)
+    start, end = max(gaps, key=lambda gap: gap[1] - gap[0])
+    length, at = (end - start) * float(np.median(np.diff(time))), time[start]
+    many = "a gap" if len(gaps) == 1 else f"{len(gaps)} gaps"
     return (
         f"{name} lacks {np.count_nonzero(missing)} values in {many}, the longest of {length:.3g} s at {at:.4g} s: "
         "these samples are left out"

@@ -18,7 +18,7 @@ from types import MappingProxyType
 
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.catalogue import Catalogue, Entry, TimeWindow
-from undertow.recording.conditions import condition
+from undertow.recording.conditions import condition, written
 from undertow.recording.expressions import found_in
 from undertow.recording.index import Index, read_index
 from undertow.recording.links import refused
@@ -301,7 +301,7 @@ def _with_files_beside(entry: Entry, catalogue: Catalogue) -> Entry:
             return replace(
                 entry, problem=f"its channels' file {name!r} needs {lacking!r}, which it lacks; it has {have}"
             )
-        filled = _filled(name, {key: _text(value) for key, value in known.items()})
+        filled = _filled(name, {key: written(value) for key, value in known.items()})
         if _escapes(filled):
             problem = f"its channels' file {filled!r} must lie in the trial's folder; correct recordings.channels"
             return replace(entry, problem=problem)
@@ -309,8 +309,3 @@ def _with_files_beside(entry: Entry, catalogue: Catalogue) -> Entry:
         if link := refused(paths[name], entry.path.parent):
             return replace(entry, problem=f"its channels' file {filled!r} is {link}")
     return replace(entry, beside=paths)
-
-
-def _text(value: Condition) -> str:
-    """A condition as it stands in a file's name: whole numbers without a point."""
-    return value if isinstance(value, str) else f"{value:.10g}"

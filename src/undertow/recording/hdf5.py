@@ -22,6 +22,9 @@ from undertow.recording.layout import Column, FileFormat, pick
 from undertow.recording.limits import LIMITS, Limits
 from undertow.recording.vectors import alike, chosen_table, matrix_columns, table
 
+HDF5 = (".h5", ".hdf5", ".hdf")
+"""Suffixes of these files."""
+
 OBJECTS_AT_MOST = 100_000
 """Groups and datasets looked at in one file: 10,000 trials of ten channels; more take minutes to walk through."""
 
@@ -63,13 +66,8 @@ def walk(path: Path, group: Any, above: str = "", depth: int = 0) -> Iterator[tu
 
     seen = 0
     for name in group:
-        link = group.get(name, getlink=True)
         at = f"{above}{name}"
-        if isinstance(link, h5py.ExternalLink):
-            raise RecordingError(
-                f"{path}: {at!r} links to the file {link.filename!r}; only what lies in the file itself is read"
-            )
-        if isinstance(link, h5py.SoftLink):
+        if isinstance(_link(path, group, name, at), h5py.SoftLink):
             continue
         node = group[name]
         yield at, node
@@ -120,19 +118,21 @@ def _found(path: Path, file: Any, variable: str | None) -> Any:
             have = _tables(path, file)
             listed = ", ".join(repr(one) for one in have) or "none"
             raise MisnamedError(f"{path} has no table {name!r}; it has {listed}: correct recordings.variable")
-        _refuse_link(path, part, node)
+        _link(path, node, part, part)
         node = node[part]
     return node
 
 
-def _refuse_link(path: Path, name: str, group: Any) -> None:
+def _link(path: Path, group: Any, name: str, shown: str) -> Any:
+    """How a group holds an object; RecordingError where that lies in another file."""
     import h5py
 
     link = group.get(name, getlink=True)
     if isinstance(link, h5py.ExternalLink):
         raise RecordingError(
-            f"{path}: {name!r} links to the file {link.filename!r}; only what lies in the file itself is read"
+            f"{path}: {shown!r} links to the file {link.filename!r}; only what lies in the file itself is read"
         )
+    return link
 
 
 def _table_at(path: Path, node: Any, layout: FileFormat, columns: Sequence[Column] | None) -> pd.DataFrame:

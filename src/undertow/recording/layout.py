@@ -63,12 +63,7 @@ def pick(path: Path, names: Sequence[Column], wanted: Sequence[Column] | None) -
 
     Raises RecordingError where one is missing (with what there is, and the nearest) or its name stands there twice.
     """
-    if wanted is None:
-        return list(range(len(names)))
-    places = []
-    for column in wanted:
-        places.append(_place(path, names, column))
-    return places
+    return list(range(len(names))) if wanted is None else [_place(path, names, column) for column in wanted]
 
 
 def _place(path: Path, names: Sequence[Column], column: Column) -> int:

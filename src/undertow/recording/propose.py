@@ -16,8 +16,8 @@ import pandas as pd
 from undertow.errors import RecordingError
 from undertow.recording.channels import ChannelSpec, TimeSpec
 from undertow.recording.layout import Column
-from undertow.recording.recording import BESIDE, CHANNELS, INPUTS, Coordinate
-from undertow.recording.units import factor_to_si, si_unit
+from undertow.recording.recording import BESIDE, CHANNELS, COORDINATES, INPUTS, Coordinate
+from undertow.recording.units import is_unit_of, si_unit
 
 _BASE = r"^(base|shak\w*table|table|ground|floor|foundation|support)"
 _WATER = r"^(water|wave(?![ _-]?maker)|fluid|orbital|particle)"
@@ -221,10 +221,10 @@ def _instruments_without_input(found: dict[str, list[tuple[Column, str]]]) -> li
 def _quantity(stem: str, unit: str, column: Column, table: pd.DataFrame) -> str | None:
     """The quantity that a name speaks of and its unit allows; by the unit alone where the name says nothing."""
     for quantity, pattern in _NAMES.items():
-        if re.search(pattern, stem.strip(), re.IGNORECASE) and (not unit or _reads(unit, quantity)):
+        if re.search(pattern, stem.strip(), re.IGNORECASE) and (not unit or reads(unit, quantity)):
             return quantity
     candidates = ("acceleration", "displacement", "spring_force") if unit else ()
-    by_unit = [quantity for quantity in candidates if _reads(unit, quantity)]
+    by_unit = [quantity for quantity in candidates if reads(unit, quantity)]
     if by_unit:
         return by_unit[0]
     first = table.columns[0] == column
@@ -240,30 +240,19 @@ def is_unit(text: str) -> bool:
     >>> is_unit("[mm]"), is_unit("sensor1")
     (True, False)
     """
-    return any(_reads(text, quantity) for quantity in ("time", *CHANNELS))
+    return any(reads(text, quantity) for quantity in ("time", *CHANNELS))
 
 
-def _reads(unit: str, quantity: str) -> bool:
+def reads(unit: str, quantity: str) -> bool:
     """Whether a unit fits a quantity in translation or rotation."""
-    coordinates: tuple[Coordinate, ...] = ("translation", "rotation")
-    for coordinate in coordinates:
-        try:
-            factor_to_si(unit, quantity, coordinate)
-        except RecordingError:
-            continue
-        return True
-    return False
+    return any(is_unit_of(unit, quantity, coordinate) for coordinate in COORDINATES)
 
 
 def _coordinate(found: Mapping[str, Sequence[tuple[Column, str]]]) -> Coordinate:
     for channel in ("displacement", "velocity"):
         for column, unit in found.get(channel, ()):
-            if unit:
-                try:
-                    factor_to_si(unit, channel, "translation")
-                except RecordingError:
-                    return "rotation"
-            elif _ROTATION.search(str(column)):
+            turns = not is_unit_of(unit, channel, "translation") if unit else _ROTATION.search(str(column))
+            if turns:
                 return "rotation"
     return "translation"
 

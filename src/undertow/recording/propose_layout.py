@@ -18,8 +18,7 @@ from undertow.recording.excel import EXCEL, MISSING, first_rows
 from undertow.recording.layout import DECIMALS, FileFormat
 from undertow.recording.propose import is_unit
 from undertow.recording.readers import suffix_of
-from undertow.recording.stamps import is_stamp
-from undertow.recording.text import sniff, text_of
+from undertow.recording.text import is_number, sniff, text_of
 
 LINES_LOOKED_AT = 200
 """Lines from the beginning in which the data must have begun."""
@@ -144,7 +143,7 @@ def _beside_texts(rows: Sequence[_Row], decimal: str, ragged: bool) -> tuple[int
 def _numeric(rows: Sequence[_Row], decimal: str) -> list[int]:
     """Columns that hold a number in the last row that counts."""
     last = rows[_end(rows) - 1].cells if rows else ()
-    return [at for at, cell in enumerate(last) if _is_number(cell, decimal)]
+    return [at for at, cell in enumerate(last) if is_number(cell, decimal)]
 
 
 def _end(rows: Sequence[_Row]) -> int:
@@ -157,7 +156,7 @@ def _layout(rows: Sequence[_Row], start: int, decimal: str) -> FileFormat:
     texts = 0  # rows of names and units above the data
     while texts < min(2, start):
         above = rows[start - 1 - texts].cells
-        if len(above) != width or not _are_names(above, decimal):
+        if len(above) != width or any(is_number(field, decimal) for field in above):
             break
         texts += 1
     if texts == 2 and not all(is_unit(text) for text in rows[start - 1].cells if text):
@@ -180,17 +179,4 @@ def _split(text: str, separator: str) -> list[str]:
 def _are_numbers(fields: Sequence[str], decimal: str) -> bool:
     """Whether a row holds numbers alone; some of them may be missing."""
     filled = [field for field in fields if field]
-    return bool(filled) and all(_is_number(field, decimal) for field in filled)
-
-
-def _are_names(fields: Sequence[str], decimal: str) -> bool:
-    return not any(_is_number(field, decimal) for field in fields)
-
-
-def _is_number(text: str, decimal: str) -> bool:
-    """Whether a cell is a number, or a stamp, which becomes one."""
-    try:
-        float(text.replace(decimal, ".") if decimal != "." else text)
-    except ValueError:
-        return is_stamp(text)
-    return True
+    return bool(filled) and all(is_number(field, decimal) for field in filled)

@@ -16,9 +16,9 @@ import pandas as pd
 
 from undertow.errors import RecordingError
 from undertow.recording.layout import Column
-from undertow.recording.propose import LONGEST_NAME, looks_harmonic, name_and_unit
+from undertow.recording.propose import LONGEST_NAME, looks_harmonic, name_and_unit, reads
 from undertow.recording.recording import Coordinate
-from undertow.recording.units import factor_to_si, phase_factor, rate_factor
+from undertow.recording.units import phase_factor, rate_factor
 
 _BASE = r"base|shak\w*table|table|ground|floor|foundation|support"
 _NAMES = {
@@ -75,7 +75,8 @@ def propose_response(table: pd.DataFrame, units: Mapping[Column, str] | None = N
             f"columns {', '.join(map(repr, table.columns))} are a harmonic set, amplitudes by frequency, in which "
             f"nothing looks like {lacking}; a run needs amplitude and phase (docs/harmonic_sets.md)"
         )
-    coordinate: Coordinate = "rotation" if _is_angle(columns["amplitude"][1]) else "translation"
+    turns = columns["amplitude"][1] and _reads(columns["amplitude"][1], "phase")
+    coordinate: Coordinate = "rotation" if turns else "translation"
     columns, more = _with_units(columns, coordinate)
     drives = [name for name in columns if name.startswith("base_") or name == "force"]
     for name in drives[1:]:
@@ -99,29 +100,13 @@ def _parted(column: Column, said: str) -> tuple[str, str]:
 
 def _reads(unit: str, name: str) -> bool:
     """Whether a unit fits what a column holds."""
+    if name not in ("frequency", "phase"):
+        return reads(unit, name if name.startswith("base_") or name == "force" else "displacement")
     try:
-        if name == "frequency":
-            rate_factor(unit)
-        elif name == "phase":
-            phase_factor(unit)
-        else:
-            _factor(unit, name)
+        rate_factor(unit) if name == "frequency" else phase_factor(unit)
     except RecordingError:
         return False
     return True
-
-
-def _factor(unit: str, name: str) -> float:
-    """A unit of motion or of a drive in SI, in translation or rotation."""
-    quantity = name if name.startswith("base_") or name == "force" else "displacement"
-    try:
-        return factor_to_si(unit, quantity, "translation")[0]
-    except RecordingError:
-        return factor_to_si(unit, quantity, "rotation")[0]
-
-
-def _is_angle(unit: str) -> bool:
-    return bool(unit) and _reads(unit, "phase")
 
 
 def _with_units(

@@ -17,7 +17,7 @@ import pandas as pd
 from undertow.errors import RecordingError
 from undertow.recording.arrow import read_feather, read_parquet
 from undertow.recording.excel import EXCEL, excel_tables, read_excel
-from undertow.recording.hdf5 import hdf5_tables, read_hdf5
+from undertow.recording.hdf5 import HDF5, hdf5_tables, read_hdf5
 from undertow.recording.labview import read_lvm, read_tdms, tdms_tables
 from undertow.recording.layout import Column, FileFormat
 from undertow.recording.limits import LIMITS, Limits
@@ -30,19 +30,10 @@ Reader = Callable[[Path, FileFormat, Sequence[Column] | None], pd.DataFrame]
 
 READERS: Mapping[str, Reader] = MappingProxyType(
     {
-        ".csv": read_text,
-        ".txt": read_text,
-        ".dat": read_text,
-        ".tsv": read_text,
-        ".asc": read_text,
-        ".csv.gz": read_text,
-        ".txt.gz": read_text,
-        ".dat.gz": read_text,
-        ".tsv.gz": read_text,
+        **dict.fromkeys((".csv", ".txt", ".dat", ".tsv", ".asc"), read_text),
+        **dict.fromkeys((".csv.gz", ".txt.gz", ".dat.gz", ".tsv.gz"), read_text),
         ".mat": read_matlab,
-        ".h5": read_hdf5,
-        ".hdf5": read_hdf5,
-        ".hdf": read_hdf5,
+        **dict.fromkeys(HDF5, read_hdf5),
         **dict.fromkeys(EXCEL, read_excel),
         ".lvm": read_lvm,
         ".tdms": read_tdms,
@@ -59,9 +50,7 @@ READERS: Mapping[str, Reader] = MappingProxyType(
 TABLES: Mapping[str, Callable[[Path, Limits], tuple[str, ...]]] = MappingProxyType(
     {
         ".mat": matlab_tables,
-        ".h5": hdf5_tables,
-        ".hdf5": hdf5_tables,
-        ".hdf": hdf5_tables,
+        **dict.fromkeys(HDF5, hdf5_tables),
         **dict.fromkeys(EXCEL, excel_tables),
         ".tdms": tdms_tables,
         ".mf4": mdf_tables,

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from undertow.quantities import read_only_mapping
 Array = NDArray[np.float64]
 Condition = str | float
 Coordinate = Literal["translation", "rotation"]
+COORDINATES: tuple[Coordinate, ...] = get_args(Coordinate)
 
 CHANNELS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {

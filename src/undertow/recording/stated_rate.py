@@ -19,7 +19,7 @@ from undertow.recording.propose import name_and_unit, speaks_of_time
 from undertow.recording.readers import read_table
 from undertow.recording.recording import Array
 from undertow.recording.stamps import STAMPED
-from undertow.recording.units import factor_to_si
+from undertow.recording.units import factor_to_si, is_unit_of
 
 SAME_RATE = 0.01
 """Share by which a stated rate and that of a time beside it may differ: clocks are better, rounded stamps are not."""
@@ -78,11 +78,5 @@ def _steps(column: pd.Series) -> Array:
 
 def _sizes(unit: str) -> tuple[float, ...]:
     """Seconds of a unit of time; of those that it may be, where it is not said or none."""
-    try:
-        return (factor_to_si(unit, "time", "translation")[0],) if unit else _sizes_unsaid()
-    except RecordingError:
-        return _sizes_unsaid()
-
-
-def _sizes_unsaid() -> tuple[float, ...]:
-    return tuple(factor_to_si(unit, "time", "translation")[0] for unit in UNSAID)
+    known = (unit,) if unit and is_unit_of(unit, "time", "translation") else UNSAID
+    return tuple(factor_to_si(one, "time", "translation")[0] for one in known)

@@ -205,13 +205,14 @@ def _fields(path: Path, line: str, separator: str) -> list[str]:
 
 def _check_header(path: Path, head: Sequence[str], layout: FileFormat) -> None:
     """A header of numbers is a first row of data: taking it for names would lose a sample silently."""
-    if head and all(_is_number(field, layout.decimal) for field in head if field):
+    if head and all(is_number(field, layout.decimal) for field in head if field):
         raise RecordingError(
             f"{path}: the header line holds numbers ({', '.join(head[:4])}); set header: none, columns by number"
         )
 
 
-def _is_number(text: str, decimal: str) -> bool:
+def is_number(text: str, decimal: str) -> bool:
+    """Whether a cell is a number, or a stamp, which becomes one."""
     try:
         float(text.replace(decimal, "."))
     except ValueError:
@@ -263,7 +264,7 @@ def _all_texts(column: pd.Series) -> bool:
     cells = column.dropna()
     if not cells.size or cells.dtype.kind in "fiub":
         return False
-    return not any(_is_number(text, decimal) for text in map(str, cells) for decimal in DECIMALS)
+    return not any(is_number(text, decimal) for text in map(str, cells) for decimal in DECIMALS)
 
 
 def _holds_stamps(column: pd.Series) -> bool:

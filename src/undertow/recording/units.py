@@ -23,43 +23,22 @@ from undertow.recording.unit_sizes import SIZES, Size
 
 SPELLINGS: Mapping[str, str] = MappingProxyType(
     {
-        "°": "degree",
-        "º": "degree",
-        "degs": "degree",
-        "Nm": "newton*meter",
-        "kNm": "kilonewton*meter",
-        "mNm": "millinewton*meter",
-        "Nmm": "newton*millimeter",
-        "mps": "meter/second",
-        "mmps": "millimeter/second",
-        "mps2": "meter/second**2",
-        "mmps2": "millimeter/second**2",
-        "dps": "degree/second",
-        "rps": "radian/second",
-        "radps": "radian/second",
-        "radps2": "radian/second**2",
-        "seconds": "second",
-        "secs": "second",
-        "micron": "micrometer",
-        "tf": "metric_ton*standard_gravity",
+        "°": "degree", "º": "degree", "degs": "degree", "Nm": "newton*meter", "kNm": "kilonewton*meter",
+        "mNm": "millinewton*meter", "Nmm": "newton*millimeter", "mps": "meter/second", "mmps": "millimeter/second",
+        "mps2": "meter/second**2", "mmps2": "millimeter/second**2", "dps": "degree/second", "rps": "radian/second",
+        "radps": "radian/second", "radps2": "radian/second**2", "seconds": "second", "secs": "second",
+        "micron": "micrometer", "tf": "metric_ton*standard_gravity",
     }
-)
+)  # fmt: skip
 """Whole spellings that pint does not read, or reads as something else."""
 
 ACCELERATION_SPELLINGS: Mapping[str, str] = MappingProxyType(
     {
-        "g": "standard_gravity",
-        "G": "standard_gravity",
-        "gn": "standard_gravity",
-        "g0": "standard_gravity",
-        "g_n": "standard_gravity",
-        "mg": "millistandard_gravity",
-        "gal": "galileo",
-        "Gal": "galileo",
-        "mGal": "milligalileo",
-        "mgal": "milligalileo",
+        "g": "standard_gravity", "G": "standard_gravity", "gn": "standard_gravity", "g0": "standard_gravity",
+        "g_n": "standard_gravity", "mg": "millistandard_gravity", "gal": "galileo", "Gal": "galileo",
+        "mGal": "milligalileo", "mgal": "milligalileo",
     }
-)
+)  # fmt: skip
 """For an acceleration only: pint would read ``g`` as gram, ``G`` as gauss and ``gal`` as gallon."""
 
 ARBITRARY_LENGTHS = ("%", "percent", "px", "pixel", "pixels", "counts", "1", "V", "mV")
@@ -153,6 +132,19 @@ def factor_to_si(unit: str, channel: str, coordinate: Coordinate = "translation"
             f"{channel} is in {target}; {_remedy(unit, channel, coordinate)}"
         )
     return size.value / wanted.value, target
+
+
+def is_unit_of(unit: str, channel: str, coordinate: Coordinate) -> bool:
+    """Whether a unit is one of a channel (or of ``time``) in translation or rotation.
+
+    >>> is_unit_of("deg", "displacement", "translation"), is_unit_of("deg", "displacement", "rotation")
+    (False, True)
+    """
+    try:
+        factor_to_si(unit, channel, coordinate)
+    except RecordingError:
+        return False
+    return True
 
 
 def to_si(values: ArrayLike, unit: str, channel: str, coordinate: Coordinate = "translation") -> tuple[Array, str]:

@@ -31,20 +31,7 @@ from undertow.audit.findings import AuditFindings, CellFinding, SeriesFindings
 from undertow.audit.forces import WaterShare
 from undertow.audit.recipes import Array
 from undertow.audit.verdicts import Range, likely, rounded
-from undertow.report.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    INK,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILLION,
-    new_figure,
-    page_style,
-    plain_log_ticks,
-    svg_text,
-)
+from undertow.report import style
 from undertow.report.writing import rendered, write_text
 
 WIDTH_IN = 11.0
@@ -53,7 +40,7 @@ WIDTH_IN = 11.0
 
 def write_audit(findings: AuditFindings, folder: Path, config: Mapping[str, Any]) -> Path:
     """Write audit.json, audit.html, figures/*.svg and the resolved config into ``folder``; the page's path."""
-    with page_style():
+    with style.page_style():
         drawn = audit_svgs(findings)
     (folder / "figures").mkdir(exist_ok=True)
     for name, svg in drawn.items():
@@ -120,23 +107,23 @@ def audit_svgs(findings: AuditFindings) -> dict[str, str]:
     """Every figure of the page as SVG text, by name."""
     drawn = {}
     for i, share in enumerate(findings.shares):
-        figure = new_figure(0.55 * WIDTH_IN, 3.2)
+        figure = style.new_figure(0.55 * WIDTH_IN, 3.2)
         draw_share(share, figure.subplots())
-        drawn[f"share-{i}"] = svg_text(figure)
+        drawn[f"share-{i}"] = style.svg_text(figure)
     for i, series in enumerate(findings.series):
         if len(series.groups) == 1:
-            drawn[f"series-{i}-rows"] = svg_text(_rows(series))
-            drawn[f"series-{i}-open"] = svg_text(_open(series))
+            drawn[f"series-{i}-rows"] = style.svg_text(_rows(series))
+            drawn[f"series-{i}-open"] = style.svg_text(_open(series))
         else:
-            drawn[f"series-{i}-resonators"] = svg_text(_resonators(findings, series))
-            figure = new_figure(0.6 * WIDTH_IN, 3.0)
+            drawn[f"series-{i}-resonators"] = style.svg_text(_resonators(findings, series))
+            figure = style.new_figure(0.6 * WIDTH_IN, 3.0)
             draw_probabilities(series.answer, figure.subplots())
-            drawn[f"series-{i}-probabilities"] = svg_text(figure)
+            drawn[f"series-{i}-probabilities"] = style.svg_text(figure)
     return drawn
 
 
 def _rows(series: SeriesFindings) -> Figure:
-    figure = new_figure(WIDTH_IN, 3.6)
+    figure = style.new_figure(WIDTH_IN, 3.6)
     places = figure.subplots(1, 2)
     for column, axes in enumerate(places):
         draw_rows(series.answer, 1 - column, axes)
@@ -146,7 +133,7 @@ def _rows(series: SeriesFindings) -> Figure:
 
 
 def _open(series: SeriesFindings) -> Figure:
-    figure = new_figure(WIDTH_IN, 3.2)
+    figure = style.new_figure(WIDTH_IN, 3.2)
     left, right = figure.subplots(1, 2)
     draw_probabilities(series.answer, left)
     draw_mixture(series.answer, right)
@@ -154,7 +141,7 @@ def _open(series: SeriesFindings) -> Figure:
 
 
 def _resonators(findings: AuditFindings, series: SeriesFindings) -> Figure:
-    figure = new_figure(WIDTH_IN, 3.2)
+    figure = style.new_figure(WIDTH_IN, 3.2)
     places = figure.subplots(1, len(series.groups), squeeze=False, sharey=True, sharex=True)[0]
     draw_resonators(series, findings.cells, list(places))
     for axes in places:
@@ -174,7 +161,7 @@ POINTS_DRAWN = 400
 """Draws of a posterior shown as points."""
 
 NAMES = ("added mass, kg", "drag coefficient")
-COLOURS = (BLUE, ORANGE, GREEN, PURPLE)
+COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE)
 
 
 def draw_rows(found: Answer, column: int, axes: Axes) -> Axes:
@@ -191,14 +178,13 @@ def draw_rows(found: Answer, column: int, axes: Axes) -> Axes:
         for weight, colour in shown:
             _band(weight, order, column, release[order] * 1e3, axes, colour)
         label = f"printed, {spring} spring" if len(springs) > 1 else "printed"
-        axes.plot(release[order] * 1e3, printed[order], marker, color=INK, markersize=4, label=label, zorder=5)
+        axes.plot(release[order] * 1e3, printed[order], marker, color=style.INK, markersize=4, label=label, zorder=5)
     axes.set_xscale("log")
-    plain_log_ticks(axes.xaxis, list(release * 1e3))
+    style.plain_log_ticks(axes.xaxis, list(release * 1e3))
     if column == 1:
         axes.set_yscale("log")
-        plain_log_ticks(axes.yaxis, [value for value in printed if value > 0.0])
-    axes.set_xlabel("release, mm")
-    axes.set_ylabel(NAMES[column])
+        style.plain_log_ticks(axes.yaxis, [value for value in printed if value > 0.0])
+    axes.set(xlabel="release, mm", ylabel=NAMES[column])
     return axes
 
 
@@ -206,7 +192,7 @@ def _drawn(found: Answer) -> list[tuple[Weight, str]]:
     plain = found.of()
     named = [weight for weight in found.weights if weight.rival.effects][:RIVALS_DRAWN]
     shown = [(weight, colour) for weight, colour in zip(named, COLOURS, strict=False)]
-    return [(plain, GREY), *shown] if plain is not None else shown
+    return [(plain, style.GREY), *shown] if plain is not None else shown
 
 
 def _band(weight: Weight, rows: NDArray[np.intp], column: int, x: Array, axes: Axes, colour: str) -> None:
@@ -221,9 +207,8 @@ def draw_probabilities(found: Answer, axes: Axes) -> Axes:
     weights = list(found.weights)[::-1]
     best = max(weight.log_evidence for weight in weights)
     gaps = [weight.log_evidence - best for weight in weights]
-    axes.barh(
-        range(len(weights)), gaps, color=[SKY if weight.rival.effects else GREY for weight in weights], height=0.6
-    )
+    colours = [style.SKY if weight.rival.effects else style.GREY for weight in weights]
+    axes.barh(range(len(weights)), gaps, color=colours, height=0.6)
     for i, weight in enumerate(weights):
         axes.text(0.0, i, _percent(weight.probability), va="center", ha="left", fontsize=7.5)
     axes.set_yticks(range(len(weights)), [weight.rival.label.replace("_", " ") for weight in weights])
@@ -252,15 +237,14 @@ def draw_mixture(found: Answer, axes: Axes) -> Axes:
         c=draws["drag_coefficient"][few], s=6, cmap="viridis", rasterized=True,
     )  # fmt: skip
     axes.figure.colorbar(points, ax=axes, label="drag coefficient")
-    axes.set_xlabel("linear damping on top, N s/m")
-    axes.set_ylabel("friction error, N")
+    axes.set(xlabel="linear damping on top, N s/m", ylabel="friction error, N")
     return axes
 
 
 def draw_resonators(series: SeriesFindings, cells: Sequence[CellFinding], places: Sequence[Axes]) -> None:
     """For each case the resonators (frequency, mass) that print its rows, and the closed cell's first mode."""
-    again = [("as printed", series.answer, BLUE)]
-    again += [(one.name, one.answer, ORANGE) for one in series.what_if]
+    again = [("as printed", series.answer, style.BLUE)]
+    again += [(one.name, one.answer, style.ORANGE) for one in series.what_if]
     for i, (group, axes) in enumerate(zip(series.groups, places, strict=True)):
         for label, found, colour in again:
             weight = found.of(RESONATOR)
@@ -274,10 +258,8 @@ def draw_resonators(series: SeriesFindings, cells: Sequence[CellFinding], places
             )  # fmt: skip
         for cell in cells:
             if cell.water in group.values():
-                axes.plot(
-                    cell.modes.frequencies_rad_per_s[0], cell.modes.masses_kg[0], "*", color=VERMILLION, markersize=11,
-                    label="closed cell, no fit",
-                )  # fmt: skip
+                frequency, mass = cell.modes.frequencies_rad_per_s[0], cell.modes.masses_kg[0]
+                axes.plot(frequency, mass, "*", color=style.VERMILLION, markersize=11, label="closed cell, no fit")
         axes.set_title(
             ", ".join(f"{value:g} m" if isinstance(value, float) else str(value) for value in group.values())
         )
@@ -290,15 +272,13 @@ def draw_share(share: WaterShare, axes: Axes) -> Axes:
     velocities."""
     order = np.argsort(share.release_m)
     x = share.release_m[order] * 1e3
-    axes.fill_between(
-        x, share.dry_low[order], share.dry_high[order], color=SKY, alpha=0.4, linewidth=0.8, label="dry structure, 90 %"
-    )
-    axes.plot(x, share.printed[order], "o", color=INK, markersize=4, label="printed")
+    low, high = share.dry_low[order], share.dry_high[order]
+    axes.fill_between(x, low, high, color=style.SKY, alpha=0.4, linewidth=0.8, label="dry structure, 90 %")
+    axes.plot(x, share.printed[order], "o", color=style.INK, markersize=4, label="printed")
     axes.set_xscale("log")
     axes.set_yscale("log")
-    plain_log_ticks(axes.xaxis, list(x))
-    plain_log_ticks(axes.yaxis, list(share.printed))
-    axes.set_xlabel("release, mm")
-    axes.set_ylabel(NAMES[1])
+    style.plain_log_ticks(axes.xaxis, list(x))
+    style.plain_log_ticks(axes.yaxis, list(share.printed))
+    axes.set(xlabel="release, mm", ylabel=NAMES[1])
     axes.legend()
     return axes

@@ -19,20 +19,10 @@ from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.errors import IdentificationError
 from undertow.quantities import Estimate
+from undertow.report import wording
 from undertow.report.arrange import group_numbers
 from undertow.report.expressions import numeric_latex
 from undertow.report.gates import asked_words, outcome_words
-from undertow.report.wording import (
-    confidence_words,
-    estimate_text,
-    ordered_parameters,
-    parameter_words,
-    plain_number,
-    printed_unit,
-    problem_of,
-    reason_words,
-    values_in_words,
-)
 
 PROBABILITY_GATE = "posterior"
 """The condition whose numbers are probabilities: they are printed as the others on the page."""
@@ -49,7 +39,7 @@ def gate_rows(verdict: Verdict) -> list[Mapping[str, Any]]:
             "limit": f"{asked_words(gate.gate, gate.value, gate.limit, gate.passed)} {_number(gate, gate.limit)}",
             "passed": gate.passed,
             "outcome": outcome_words(gate.gate, gate.passed, verdict.status, verdict.verdict),
-            "because": "" if gate.passed else reason_words(gate.because),
+            "because": "" if gate.passed else wording.reason_words(gate.because),
         }
         for gate in verdict.decision
     ]
@@ -72,10 +62,10 @@ def posterior_words(verdict: Verdict) -> str:
     if verdict.status != "explained" or not math.isfinite(verdict.posterior):
         return ""
     held = [gate.value for gate in verdict.decision if gate.gate == "outweighed"]
-    more = f", and all sets that hold these {confidence_words(held[0])}" if held else ""
+    more = f", and all sets that hold these {wording.confidence_words(held[0])}" if held else ""
     return (
         "Of all sets of laws that were fitted here, those excluded by the conditions below included, exactly this one "
-        f"has a posterior probability of {confidence_words(verdict.posterior)}{more}"
+        f"has a posterior probability of {wording.confidence_words(verdict.posterior)}{more}"
     )
 
 
@@ -84,11 +74,11 @@ def seen_rows(verdict: Verdict) -> list[Mapping[str, str]]:
     ``named``, all in words."""
     return [
         {
-            "effect": ", ".join(filter(None, (one.name.replace("_", " "), values_in_words(one.at, one.unit)))),
-            "seen": f"{plain_number(one.value, 2)} {printed_unit(one.unit)}".strip(),
+            "effect": ", ".join(filter(None, (one.name.replace("_", " "), wording.values_in_words(one.at, one.unit)))),
+            "seen": f"{wording.plain_number(one.value, 2)} {wording.printed_unit(one.unit)}".strip(),
             "share": f"{100.0 * one.share_of_motion:.2g} %",
             "named": "-" if math.isnan(one.named_value)
-            else f"{plain_number(one.named_value, 2)} {printed_unit(one.unit)}".strip(),
+            else f"{wording.plain_number(one.named_value, 2)} {wording.printed_unit(one.unit)}".strip(),
         }
         for one in sorted(verdict.detectable, key=lambda d: d.share_of_motion)
     ]
@@ -98,7 +88,7 @@ def _number(gate: Gate, value: float) -> str:
     if not math.isfinite(value):
         return "-"
     if gate.gate == PROBABILITY_GATE:
-        return f"{100.0 * value:.0f} %" if value <= 0.99 else confidence_words(value)
+        return f"{100.0 * value:.0f} %" if value <= 0.99 else wording.confidence_words(value)
     return f"{value:.3g}"
 
 
@@ -132,7 +122,7 @@ def believed_numbers(group: GroupFindings) -> Mapping[str, Estimate]:
 
 def number_words(group: GroupFindings, number: Estimate, with_unit: bool) -> str:
     """A number, in brackets where something is missing that nobody knows: it bends the number."""
-    text = estimate_text(number, with_unit)
+    text = wording.estimate_text(number, with_unit)
     return f"({text})" if group.verdict.status == "unknown" else text
 
 
@@ -146,7 +136,7 @@ def repaired_block(group: GroupFindings) -> Mapping[str, Any]:
         return {}
     before, after = verdict.baseline.parameters, verdict.augmented.parameters
     written, published = repaired_of(group), dict(group.specimen.published)
-    names = ordered_parameters((*before, *after))
+    names = wording.ordered_parameters((*before, *after))
     return {
         "rows": [_row(name, before.get(name), after.get(name), published.get(name)) for name in names],
         "published": any(name in published for name in names),
@@ -170,11 +160,11 @@ def held_words(group: GroupFindings) -> str:
 def _row(
     name: str, before: Estimate | None, after: Estimate | None, published: float | None
 ) -> Mapping[str, str]:
-    problem = "" if after is None else problem_of(after)
+    problem = "" if after is None else wording.problem_of(after)
     return {
-        "name": parameter_words(name),
-        "before": "" if before is None else estimate_text(before),
-        "after": "not in it" if after is None else estimate_text(after),
+        "name": wording.parameter_words(name),
+        "before": "" if before is None else wording.estimate_text(before),
+        "after": "not in it" if after is None else wording.estimate_text(after),
         "problem": "" if problem == "no error bar" else problem,
         "published": "" if published is None else f"{published:.5g}",
     }

@@ -16,31 +16,11 @@ from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.discrepancy.words import count, group_title, percent
 from undertow.quantities import OK, Estimate, format_number, unit_in_rotation
-from undertow.report import behind
+from undertow.report import behind, wording
 from undertow.report.arrange import agreement, spanning_conditions
 from undertow.report.expressions import is_per_mass, numeric_latex
 from undertow.report.extent import Extent, extent_of
 from undertow.report.figures import amplitude_scale
-from undertow.report.wording import (
-    METHOD_NOTES,
-    STATUS_WORDS,
-    confidence_words,
-    effects_words,
-    error_parts,
-    estimate_text,
-    in_plain_words,
-    is_as_printed,
-    kind_words,
-    method_label,
-    ordered_parameters,
-    parameter_name,
-    printed_unit,
-    problem_of,
-    reason_words,
-    rejected_words,
-    sentence_words,
-    unbroken,
-)
 
 NO_BREAK = "\u00a0"
 """A space at which no line ends."""
@@ -66,7 +46,7 @@ def shown_of(findings: Findings, extent: Extent) -> str:
     """Which groups a page leaves out, and what all verdicts are; empty where it shows all."""
     if len(findings.groups) == extent.groups:
         return ""
-    said = ", ".join(f"{STATUS_WORDS[status]} {number}" for status, number in extent.statuses.items())
+    said = ", ".join(f"{wording.STATUS_WORDS[status]} {number}" for status, number in extent.statuses.items())
     return (
         f"Of {extent.groups} groups ({said}) this page shows {len(findings.groups)}: dry ones, and those whose trials "
         "lie furthest from their equation. Every group stands in levels.csv and verdict.json, every trial in "
@@ -86,24 +66,24 @@ def first_of(items: Sequence[Any], at_most: int) -> tuple[Sequence[Any], str]:
 
 def named_effects(verdict: Verdict) -> str:
     """The effects that a verdict names, with "unknown" after them where more is missing."""
-    return "" if set(verdict.verdict) == {"unknown"} else effects_words(verdict.verdict)
+    return "" if set(verdict.verdict) == {"unknown"} else wording.effects_words(verdict.verdict)
 
 
 def rival_words(verdict: Verdict) -> tuple[str, ...]:
     """Sets of effects that the data cannot tell from the verdict's; none where it can."""
     if verdict.status != "not_identifiable":
         return ()
-    return tuple(effects_words(names) for names in verdict.alternatives)
+    return tuple(wording.effects_words(names) for names in verdict.alternatives)
 
 
 def status_words(verdict: Verdict) -> str:
     """The status with the effects that are named: "explained with hidden resonator"."""
     named = named_effects(verdict).removesuffix(" + unknown")
     if verdict.status == "unknown":
-        return f"{named} + unknown" if named else STATUS_WORDS["unknown"]
+        return f"{named} + unknown" if named else wording.STATUS_WORDS["unknown"]
     if verdict.status == "not_identifiable" and named:
-        return f"{STATUS_WORDS[verdict.status]}: {' or '.join((named, *rival_words(verdict)))}"
-    return f"{STATUS_WORDS[verdict.status]} {named}".strip() if named else STATUS_WORDS[verdict.status]
+        return f"{wording.STATUS_WORDS[verdict.status]}: {' or '.join((named, *rival_words(verdict)))}"
+    return f"{wording.STATUS_WORDS[verdict.status]} {named}".strip() if named else wording.STATUS_WORDS[verdict.status]
 
 
 def tone(verdict: Verdict) -> str:
@@ -126,9 +106,9 @@ def column_heading(parameter: str, unit: str, coordinate: str = "translation") -
     >>> column_heading("k_N_per_m", "N/m"), column_heading("mu", "N", "rotation").replace(NO_BREAK, " ")
     ('stiffness (N/m)', 'friction coefficient (N m)')
     """
-    words = parameter_name(parameter).words
+    words = wording.parameter_name(parameter).words
     unit = unit_in_rotation(unit) if coordinate == "rotation" and "rad" not in unit else unit
-    tied = printed_unit(unit).replace(" ", NO_BREAK)
+    tied = wording.printed_unit(unit).replace(" ", NO_BREAK)
     return f"{words} ({tied})" if unit else words
 
 
@@ -136,7 +116,7 @@ def overview(findings: Findings, anchors: Sequence[str], extent: Extent | None =
     """The table of all groups: ``columns``; ``rows`` of what stands for each, its error and what is allowed."""
     whole = extent or extent_of(findings)
     numbers = [behind.believed_numbers(group) for group in findings.groups]
-    parameters = [p for p in ordered_parameters(n for found in numbers for n in found) if p != "total_mass_kg"]
+    parameters = [p for p in wording.ordered_parameters(n for found in numbers for n in found) if p != "total_mass_kg"]
     parameters = parameters[:COLUMNS_AT_MOST]
     units = {p: unit_of([found[p] for found in numbers if p in found]) for p in parameters}
     rows = [
@@ -172,7 +152,7 @@ def identity(group: GroupFindings, anchor: str) -> dict[str, Any]:
     """What names a group and its verdict wherever it stands."""
     verdict = group.verdict
     return {
-        "title": unbroken(group.label),
+        "title": wording.unbroken(group.label),
         "anchor": anchor,
         "dry": group.dry,
         "status": status_words(verdict),
@@ -187,7 +167,7 @@ def group_block(
 ) -> Block:
     """Everything of one group's section."""
     published = dict(group.specimen.published)
-    parameters = ordered_parameters((*(p for fit in group.fits.values() for p in fit.parameters), *published))
+    parameters = wording.ordered_parameters((*(p for fit in group.fits.values() for p in fit.parameters), *published))
     units = {
         p: unit_of([fit.parameters[p] for fit in group.fits.values() if p in fit.parameters]) for p in parameters
     }
@@ -213,7 +193,7 @@ def group_block(
         "augmented": any(trial.augmented for trial in group.trials),
         "amplitude_unit": unit,
         "trials": [_trial_row(trial, factor) for trial in group.trials],
-        "notes": [unbroken(in_plain_words(note.rstrip("."))) for note in group.remarks],
+        "notes": [wording.unbroken(wording.in_plain_words(note.rstrip("."))) for note in group.remarks],
         "held_out": [t.motion.name for t in group.trials if t.held_out],
         "of_trials": (extent or extent_of(findings)).size_of(group)[0],
     }
@@ -242,7 +222,7 @@ def no_gain_words(findings: Findings, group: GroupFindings) -> str:
     text += "): the prescribed equation was fitted to this group alone"
     if not alike:
         return f"{text}, the repaired one to several groups together"
-    falls = "; ".join(f"{unbroken(g.label)}, {percent(found[0])} → {percent(found[1])}" for g, found in alike)
+    falls = "; ".join(f"{wording.unbroken(g.label)}, {percent(found[0])} → {percent(found[1])}" for g, found in alike)
     return f"{text}, the repaired one to all groups of this water together. What is named is needed there ({falls})"
 
 
@@ -250,7 +230,7 @@ def verdict_block(verdict: Verdict) -> Block:
     """The sentence, and what stands behind it: how probable it is, its check, what was ruled out, the next test."""
     check = verdict.physical_check
     return {
-        "sentence": sentence_words(verdict.sentence, group_title(verdict.group)),
+        "sentence": wording.sentence_words(verdict.sentence, group_title(verdict.group)),
         "confidence": "" if few_words(verdict) else likelihood_words(verdict),
         "record": record_words(verdict),
         "posterior": behind.posterior_words(verdict),
@@ -260,7 +240,8 @@ def verdict_block(verdict: Verdict) -> Block:
         "check": check.because if math.isfinite(check.expected) or check.agrees is not None else "",
         "agrees": check.agrees,
         "rejected": [
-            {"name": r.name.replace("_", " "), "because": rejected_words(r.name, r.because)} for r in verdict.rejected
+            {"name": one.name.replace("_", " "), "because": wording.rejected_words(one.name, one.because)}
+            for one in verdict.rejected
         ],
         "next_test": verdict.next_test,
     }
@@ -275,7 +256,7 @@ def likelihood_words(verdict: Verdict) -> str:
     """
     if verdict.status not in ("explained", "nothing_missing", "unknown"):
         return ""
-    return few_words(verdict) or confidence_words(verdict.confidence)
+    return few_words(verdict) or wording.confidence_words(verdict.confidence)
 
 
 def few_words(verdict: Verdict) -> str:
@@ -289,7 +270,7 @@ def record_words(verdict: Verdict) -> str:
     record = record_of(verdict)
     if record is None or not record.said or not math.isfinite(verdict.confidence):
         return ""
-    kind = kind_words(record.kind)
+    kind = wording.kind_words(record.kind)
     return f"of {record.said} such verdicts ({kind}) on sealed campaigns of known truth {record.right} held"
 
 
@@ -298,14 +279,14 @@ def agreement_texts(group: GroupFindings, parameters: Sequence[str]) -> list[str
     agreed, differing = [], []
     for parameter in parameters:
         found = agreement(group, parameter)
-        words = parameter_name(parameter).words
+        words = wording.parameter_name(parameter).words
         if found is None:
             continue
         if found.agrees:
             agreed.append(words)
             continue
-        first, second = (method_label(method) for method in found.pair)
-        size = estimate_text(Estimate(float(f"{found.difference:.2g}"), 0.0, unit=found.unit))
+        first, second = (wording.method_label(method) for method in found.pair)
+        size = wording.estimate_text(Estimate(float(f"{found.difference:.2g}"), 0.0, unit=found.unit))
         times = format_number(float(f"{found.distance:.2g}"))
         differing.append(f"{words} ({first} and {second} by {size}, {times} standard errors)")
     said = [("The methods agree within two combined standard errors on", ", ".join(agreed))]
@@ -322,17 +303,17 @@ def _method_row(group: GroupFindings, method: str, units: Mapping[str, str]) -> 
             {"text": "", "parts": "", "problem": ""}
             if estimate is None
             else {
-                "text": estimate_text(estimate, not unit),
-                "parts": error_parts(estimate),
-                "problem": "" if problem_of(estimate) == "no error bar" else problem_of(estimate),
+                "text": wording.estimate_text(estimate, not unit),
+                "parts": wording.error_parts(estimate),
+                "problem": "" if wording.problem_of(estimate) == "no error bar" else wording.problem_of(estimate),
             }
         )
     return {
-        "label": method_label(method),
+        "label": wording.method_label(method),
         "cells": cells,
-        "outcome": "" if fit.outcome == OK else in_plain_words(fit.outcome),
-        "notes": [reason_words(n) for n in fit.notes if n],
-        "as_printed": is_as_printed(method),
+        "outcome": "" if fit.outcome == OK else wording.in_plain_words(fit.outcome),
+        "notes": [wording.reason_words(n) for n in fit.notes if n],
+        "as_printed": wording.is_as_printed(method),
     }
 
 
@@ -349,9 +330,9 @@ def _trial_row(trial: TrialFindings, factor: float) -> Block:
         "missing": m.missing,
         "where": where_words(trial),
         "scores": [
-            {"label": method_label(name), "text": percent(score)}
+            {"label": wording.method_label(name), "text": percent(score)}
             for name, score in trial.nrmse.items()
-            if name != "baseline" and not is_as_printed(name)
+            if name != "baseline" and not wording.is_as_printed(name)
         ],
     }
 
@@ -380,7 +361,8 @@ def where_words(trial: TrialFindings) -> str:
 def method_notes(findings: Findings) -> list[Block]:
     """What each method that ran does, a line each."""
     ran = dict.fromkeys(method for group in findings.groups for method in group.fits)
-    return [{"label": method_label(m), "note": METHOD_NOTES[m]} for m in ran if m in METHOD_NOTES]
+    notes = wording.METHOD_NOTES
+    return [{"label": wording.method_label(m), "note": notes[m]} for m in ran if m in notes]
 
 
 def provenance(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:

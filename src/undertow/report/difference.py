@@ -18,7 +18,7 @@ from undertow.discrepancy.difference import Difference, Side
 from undertow.discrepancy.words import percent
 from undertow.quantities import Estimate
 from undertow.report.style import BLUE, INK, VERMILLION, new_figure, page_style, svg_text
-from undertow.report.trial_figures import Response, response_of
+from undertow.report.trial_figures import Response, response_of, time_axes
 from undertow.report.verdict_file import plain
 from undertow.report.wording import parameter_name, parameter_words, plain_number, reason_words, rejected_words
 from undertow.report.writing import rendered, write_text
@@ -51,53 +51,44 @@ def write_difference(difference: Difference, folder: Path) -> Path:
 def difference_json(difference: Difference) -> dict[str, Any]:
     """The comparison as plain values; what is not finite is None."""
     d, m, cycles = difference, difference.mismatch, difference.cycles
-    names = {"simulation": d.simulation, "recording": d.recording}
-    return {
+    verdict, names = d.recording.verdict, {"simulation": d.simulation, "recording": d.recording}
+    said: dict[str, Any] = plain({
         "version": VERSION,
         "sentence": d.sentence,
-        "lacks": list(d.lacks),
-        "extra": list(d.extra),
-        "differs_in_number": list(d.more),
+        "lacks": d.lacks,
+        "extra": d.extra,
+        "differs_in_number": d.more,
         "found_by": "equation" if d.by_equation else "search",
-        "nrmse": plain(m.nrmse),
-        "repeatability_nrmse": plain(m.repeatability_nrmse),
-        "sensor_floor_nrmse": plain(m.sensor_floor_nrmse),
-        "terms": [
-            {
-                "name": r.name, "simulation": _one(r.simulation), "recording": _one(r.recording),
-                "sigmas": plain(r.sigmas),
-            }
-            for r in d.rows
-        ],
+        "nrmse": m.nrmse,
+        "repeatability_nrmse": m.repeatability_nrmse,
+        "sensor_floor_nrmse": m.sensor_floor_nrmse,
+        "terms": [vars(row) for row in d.rows],
         "equations": {name: _equation(side) for name, side in names.items()},
         "where": {
-            "time": {"early": plain(m.share_early), "middle": plain(m.share_middle), "late": plain(m.share_late)},
-            "line": {"frequency_hz": plain(m.line_frequency_hz), "share": plain(m.line_share)},
-            "sidebands": plain(vars(d.bands)),
-            "amplitude_exponent": plain(m.amplitude_exponent),
-            "cycles": None if cycles is None else {name: plain(v.tolist()) for name, v in vars(cycles).items()},
+            "time": {"early": m.share_early, "middle": m.share_middle, "late": m.share_late},
+            "line": {"frequency_hz": m.line_frequency_hz, "share": m.line_share},
+            "sidebands": vars(d.bands),
+            "amplitude_exponent": m.amplitude_exponent,
+            "cycles": None if cycles is None else {name: values.tolist() for name, values in vars(cycles).items()},
         },
         "search": {
-            "status": d.recording.verdict.status,
-            "verdict": list(d.recording.verdict.verdict),
-            "alternatives": [list(names) for names in d.recording.verdict.alternatives],
-            "confidence": plain(d.recording.verdict.confidence),
-            "parameters": plain(d.recording.verdict.parameters),
-            "simulation_has": list(d.simulation.verdict.verdict),
+            "status": verdict.status,
+            "verdict": verdict.verdict,
+            "alternatives": verdict.alternatives,
+            "confidence": verdict.confidence,
+            "parameters": verdict.parameters,
+            "simulation_has": d.simulation.verdict.verdict,
         },
-        "notes": list(d.notes),
-    }
-
-
-def _one(estimate: Estimate | None) -> Any:
-    return None if estimate is None else plain(estimate)
+        "notes": d.notes,
+    })  # fmt: skip
+    return said
 
 
 def _equation(side: Side) -> dict[str, Any]:
     equation = side.fit.equation()
     return {
         "text": equation.text(side.fit.equation_errors()), "latex": equation.to_latex(numbers=True),
-        "terms": [t.name for t in side.terms], "nrmse_of_its_own_motion": plain(side.run.nrmse),
+        "terms": [t.name for t in side.terms], "nrmse_of_its_own_motion": side.run.nrmse,
     }  # fmt: skip
 
 
@@ -189,9 +180,7 @@ def draw_motions(d: Difference, axes: Axes) -> Axes:
     axes.plot(run.t, shown.factor * run.measured, color=INK, label="recording")
     axes.plot(run.t, shown.factor * run.simulated, color=BLUE, label="simulation's equation, same release")
     axes.plot(run.t, shown.factor * run.residual, color=VERMILLION, lw=0.7, label="recording minus simulation")
-    axes.set_xlabel("time after release (s)")
-    axes.set_ylabel(f"{shown.words} ({shown.unit})")
-    axes.margins(x=0.0)
+    time_axes(axes, f"{shown.words} ({shown.unit})")
     return axes
 
 
@@ -202,6 +191,5 @@ def draw_cycles(d: Difference, axes: Axes, what: str, label: str, factor: float 
         size, theirs = shown.factor * d.cycles.amplitude, factor * getattr(d.cycles, f"{what}_simulated")
         axes.plot(size, factor * getattr(d.cycles, what), "o", ms=4.0, color=INK, label="recording")
         axes.plot(size, theirs, "s", ms=4.0, mfc="none", color=BLUE, label="simulation's equation, at the same time")
-    axes.set_xlabel(f"amplitude of the recording's cycle ({shown.unit})")
-    axes.set_ylabel(label)
+    axes.set(xlabel=f"amplitude of the recording's cycle ({shown.unit})", ylabel=label)
     return axes

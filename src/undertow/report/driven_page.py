@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from undertow.conditioning.driven import UNITS_OF_MOTION, DrivenTrial
 from undertow.recording.recording import Array
 from undertow.report.style import new_figure, page_style, svg_text
 from undertow.report.wording import plain_number, reason_words
@@ -27,17 +28,6 @@ _STYLE = (
     "table{border-collapse:collapse;display:block;overflow-x:auto}td,th{padding:.2rem .8rem;text-align:left;"
     "border-bottom:1px solid #ddd}svg{max-width:100%;height:auto}"
 )
-
-
-@dataclass(frozen=True)
-class DrawnRun:
-    """One trial's free run: times, recorded, predicted (n,), and the unit of the recorded quantity."""
-
-    name: str
-    t: Array
-    recorded: Array
-    predicted: Array
-    unit: str
 
 
 @dataclass(frozen=True)
@@ -74,21 +64,21 @@ def _group(one: PagePart) -> str:
     return "".join(parts)
 
 
-def run_picture(run: DrawnRun) -> str:
-    """Recorded and predicted motion, and their difference below, of the record's first part."""
-    shown = slice(0, SHOWN)
+def run_picture(name: str, trial: DrivenTrial, run: Array) -> str:
+    """A trial's motion and its free run ``run`` (n,), and their difference below, of the record's first part."""
+    recorded, unit, away = trial.outputs[trial.main], UNITS_OF_MOTION[trial.main], run - trial.outputs[trial.main]
+    t = trial.t[:SHOWN]
     with page_style():
         figure = new_figure(8.0, 4.0)
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-        above.plot(run.t[shown], run.recorded[shown], color="0.6", lw=1.6, label="recorded", rasterized=True)
-        above.plot(run.t[shown], run.predicted[shown], lw=0.8, label="free run", rasterized=True)
-        above.set_ylabel(f"motion ({run.unit})")
+        above.plot(t, recorded[:SHOWN], color="0.6", lw=1.6, label="recorded", rasterized=True)
+        above.plot(t, run[:SHOWN], lw=0.8, label="free run", rasterized=True)
+        above.set_ylabel(f"motion ({unit})")
         figure.legend(loc="outside upper left", ncols=2)
-        below.plot(run.t[shown], (run.predicted - run.recorded)[shown], lw=0.8, rasterized=True)
-        below.set_ylabel(f"free run minus\nrecorded ({run.unit})")
-        below.set_xlabel("time (s)")
-        rms = float(np.sqrt(np.mean((run.predicted - run.recorded) ** 2)))
-        said = f"{escape(run.name)}: free run minus recorded is {plain_number(rms, 3)} {run.unit} rms, of all samples"
+        below.plot(t, away[:SHOWN], lw=0.8, rasterized=True)
+        below.set(xlabel="time (s)", ylabel=f"free run minus\nrecorded ({unit})")
+        rms = float(np.sqrt(np.mean(away**2)))
+        said = f"{escape(name)}: free run minus recorded is {plain_number(rms, 3)} {unit} rms, of all samples"
         return f"<figure>{svg_text(figure)}<figcaption>{said}</figcaption></figure>"
 
 
@@ -143,7 +133,6 @@ def set_picture(drawn: DrawnSet) -> str:
                 below.plot(drawn.frequency_Hz[here], drawn.phase[here], **look)
         above.set_ylabel(f"amplitude, {drawn.unit}")
         above.legend()
-        below.set_ylabel("phase, deg")
-        below.set_xlabel("frequency, Hz")
+        below.set(xlabel="frequency, Hz", ylabel="phase, deg")
         said = f"{escape(drawn.name)}: {drawn.frequency_Hz.size} points"
         return f"<figure>{svg_text(figure)}<figcaption>{said}</figcaption></figure>"

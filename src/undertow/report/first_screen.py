@@ -18,15 +18,7 @@ from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import condition_words, percent
 from undertow.report.arrange import Span, spanning_conditions
 from undertow.report.behind import adjusted_words, allowed_words
-from undertow.report.blocks import (
-    NO_BREAK,
-    Block,
-    as_measured_words,
-    errors_of,
-    few_words,
-    identity,
-    likelihood_words,
-)
+from undertow.report.blocks import NO_BREAK, Block, as_measured_words, errors_of, few_words, identity, likelihood_words
 from undertow.report.wording import confidence_words, unbroken
 
 SENTENCES_AT_MOST = 8

@@ -95,8 +95,7 @@ def draw_null(scores: Histogram, p_value: float, figure: Figure) -> Figure:
     plain_log_ticks(axes.xaxis, [low, high])
     axes.set_ylim(bottom=0.0)
     axes.grid(axis="y", visible=False)
-    axes.set_xlabel("largest score of any suspect (minus log10 of its probability)")
-    axes.set_ylabel("replicas")
+    axes.set(xlabel="largest score of any suspect (minus log10 of its probability)", ylabel="replicas")
     figure.legend(handles=list(axes.lines), loc="outside upper left", ncols=2)
     return figure
 
@@ -163,8 +162,7 @@ def draw_noise(trial: TrialFindings, period: float, figure: Figure) -> Figure:
     white = 1.96 / math.sqrt(residual.size)
     left.axhspan(-white, white, color=PALE, lw=0)
     left.plot(*thinned(lags * step, correlation, LAGS_AT_MOST), color=BLUE)
-    left.set_xlabel("lag (s)")
-    left.set_ylabel("autocorrelation")
+    left.set(xlabel="lag (s)", ylabel="autocorrelation")
     shown = response(trial)
     channel = "displacement" if shown.words in ("displacement", "angle") else "velocity"
     noise = trial.motion.noise.get(channel, 0.0) * shown.factor
@@ -173,8 +171,7 @@ def draw_noise(trial: TrialFindings, period: float, figure: Figure) -> Figure:
     if noise > 0.0:
         right.plot(normal, normal * noise, color=GREY, lw=1.0, label=f"sensor noise, {noise:.2g} {shown.unit}")
     right.plot(normal, np.quantile(residual, levels), ".", ms=3.0, color=BLUE, label="residual")
-    right.set_xlabel("quantile of a normal distribution")
-    right.set_ylabel(f"residual ({shown.unit})")
+    right.set(xlabel="quantile of a normal distribution", ylabel=f"residual ({shown.unit})")
     right.legend(loc="upper left")
     return figure
 
@@ -262,6 +259,5 @@ def _draw_rest(group: GroupFindings, axes: Axes, factor: float, unit: str) -> No
     known = error <= POORLY_KNOWN * np.median(error)
     reach = 1.1 * max(float(np.max(np.abs(place[known]) + error[known])), width if math.isfinite(width) else 0.0)
     axes.set_ylim(-reach, reach)
-    axes.set_xlabel(f"release amplitude ({unit})")
-    axes.set_ylabel(f"rest off the swing's centre ({unit})")
+    axes.set(xlabel=f"release amplitude ({unit})", ylabel=f"rest off the swing's centre ({unit})")
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.1, borderpad=0.0)

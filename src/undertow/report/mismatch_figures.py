@@ -149,8 +149,7 @@ def draw_time_frequency(trial: TrialFindings, lines: Mapping[str, float], axes: 
         if math.isfinite(at):
             axes.axhline(at, color=INK if style == "-" else GREEN, lw=0.9, ls=style, label=f"{words} {at:.3g} Hz")
     axes.set_ylim(0.0, top)
-    axes.set_xlabel("time after release (s)")
-    axes.set_ylabel("frequency (Hz)")
+    axes.set(xlabel="time after release (s)", ylabel="frequency (Hz)")
     rows = _legend_above(axes)
     axes.set_title(f"residual in time and frequency, up to {_plain(largest)} {shown.unit}", pad=4 + 14 * rows)
     return axes

@@ -20,7 +20,7 @@ from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.recording.recording import Array
 from undertow.report.arrange import chosen
 from undertow.report.style import GREEN, GREY, INK, NOT_EXPLAINED, PALE, PRESCRIBED
-from undertow.report.trial_figures import RUNAWAY, leaves, reach, response, thinned, trial_heading
+from undertow.report.trial_figures import RUNAWAY, allowance, leaves, reach, response, thinned, trial_heading
 
 PANELS_AT_MOST = 24
 """Trials of a group that are drawn; of more, the ends and the worst explained ones."""
@@ -92,10 +92,8 @@ def draw_free_runs(group: GroupFindings, figure: Figure, at_most: int = PANELS_A
 
 def _panel(trial: TrialFindings, left: float, bottom: float) -> _Panel:
     """The trial's place and scales: its largest motion, and its largest residual or what is allowed."""
-    residual = trial.measured - trial.simulated
-    allowed = trial.mismatch.repeatability_nrmse * float(np.sqrt(np.mean(trial.measured**2)))
-    largest = reach(trial)
-    left_over = max(float(np.max(np.abs(residual))), allowed if math.isfinite(allowed) else 0.0)
+    residual, band, largest = trial.measured - trial.simulated, allowance(trial), reach(trial)
+    left_over = max(float(np.max(np.abs(residual))), band if math.isfinite(band) else 0.0)
     left_over = largest if leaves(trial) else left_over
     return _Panel(trial, left, bottom, largest, left_over or largest)
 
@@ -105,10 +103,10 @@ def _draw_panel(panel: _Panel, axes: Axes) -> None:
     trial = panel.trial
     missing = trial.mismatch.missing
     edge = NOT_EXPLAINED if missing else GREY
-    allowed = trial.mismatch.repeatability_nrmse * float(np.sqrt(np.mean(trial.measured**2)))
+    band = allowance(trial)
     sides = panel.x(trial.t[[0, -1]])
-    if math.isfinite(allowed):
-        low, high = (panel.y(np.array([side * allowed]), RESIDUAL, panel.residual)[0] for side in (-1.0, 1.0))
+    if math.isfinite(band):
+        low, high = (panel.y(np.array([side * band]), RESIDUAL, panel.residual)[0] for side in (-1.0, 1.0))
         corners = [(sides[0], low), (sides[1], low), (sides[1], high), (sides[0], high)]
         axes.add_collection(PolyCollection([corners], facecolors=PALE, linewidths=0))
     frame = []

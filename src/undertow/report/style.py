@@ -35,7 +35,7 @@ _METHOD_COLOURS: Mapping[str, str] = {
 _SPARE_COLOURS = (SKY, "#8C6D31", "#7B4FA3")
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
-SETTINGS: Mapping[str, Any] = {
+SETTINGS: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
     "axes.titlesize": 9.0,
@@ -112,18 +112,13 @@ def plain_log_ticks(axis: Axis, values: Sequence[float]) -> None:
 @contextmanager
 def page_style() -> Iterator[None]:
     """Axes made inside the block have the page's style."""
-    with rc_context(_settings()):
+    with rc_context(SETTINGS):
         yield
-
-
-def _settings() -> Any:
-    """The settings as matplotlib takes them (its stubs name every key)."""
-    return dict(SETTINGS)
 
 
 def new_figure(width_in: float, height_in: float) -> Figure:
     """An empty figure in the page's style; it belongs to no window and to no global list."""
-    with rc_context(_settings()):
+    with rc_context(SETTINGS):
         return Figure(figsize=(width_in, height_in), layout="constrained")
 
 
@@ -132,7 +127,7 @@ def svg_text(figure: Figure, outlines: bool = False) -> str:
 
     Letters are text in the reader's font; with ``outlines`` they are drawn, as typeset equations need.
     """
-    with rc_context(_settings() | {"svg.fonttype": "path" if outlines else "none"}):
+    with rc_context(SETTINGS | {"svg.fonttype": "path" if outlines else "none"}):
         return _compact(drawn(figure))
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
+import itertools
 import json
 import math
 import tempfile
@@ -24,6 +25,7 @@ import numpy as np
 
 from undertow.discrepancy.findings import FailedTrial, GroupFindings, TrialFindings
 from undertow.discrepancy.mismatch import Mismatch
+from undertow.discrepancy.verdict import Verdict
 from undertow.likelihood.fit import Fit
 from undertow.quantities import OK, Estimate
 from undertow.report.expressions import method_equation, numeric_latex
@@ -76,10 +78,6 @@ def level_rows(group: GroupFindings) -> Iterator[Row]:
     held_out = sum(trial.held_out for trial in group.trials)
     head: Row = {condition_column(key): value for key, value in group.key.items()}
     head |= {"dry": group.dry, "trials": len(group.trials), "held_out": held_out}
-    floors: Row = {
-        "sensor_floor_nrmse": verdict.sensor_floor_nrmse,
-        "repeatability_nrmse": verdict.repeatability_nrmse,
-    }
     numbers: list[tuple[str, Mapping[str, Estimate], float, str]] = [
         ("baseline", verdict.baseline.parameters, verdict.baseline.nrmse, OK)
     ]
@@ -91,7 +89,7 @@ def level_rows(group: GroupFindings) -> Iterator[Row]:
         equation, stderr = method_equation(group, method)
         written = {DIFFERS: grown, "equation": equation.text(stderr), "equation_latex": numeric_latex(equation, stderr)}
         columns = _columns(parameters)
-        yield {**head, "method": method, **columns, "nrmse": nrmse, **floors, "outcome": outcome, **written}
+        yield {**head, "method": method, **columns, **_scores(nrmse, verdict), "outcome": outcome, **written}
 
 
 def outcome_of(fit: Fit) -> str:
@@ -124,12 +122,10 @@ def _columns(parameters: Mapping[str, Estimate]) -> Row:
     return row
 
 
-def _scores(nrmse: float, mismatch: Mismatch) -> Row:
+def _scores(nrmse: float, of: Mismatch | Verdict) -> Row:
     return {
-        "nrmse": nrmse,
-        "sensor_floor_nrmse": mismatch.sensor_floor_nrmse,
-        "repeatability_nrmse": mismatch.repeatability_nrmse,
-    }
+        "nrmse": nrmse, "sensor_floor_nrmse": of.sensor_floor_nrmse, "repeatability_nrmse": of.repeatability_nrmse,
+    }  # fmt: skip
 
 
 FLOAT_FORMAT = "%.9g"
@@ -259,7 +255,7 @@ class RunTables:
         of_trials = (said.named(row) for record in self._records() for row in record["trials"])
         of_levels = (row for record in self._records() for row in record["levels"])
         of_mismatch = (said.named(row) for record in self._records() for row in record["mismatch"])
-        every = _chained(of_trials, (said.failed(trial) for trial in failed))
+        every = itertools.chain(of_trials, (said.failed(trial) for trial in failed))
         verdicts = verdict_pieces((record["verdict"] for record in self._records()), across)
         return {
             "trials.csv": write_pieces(to / "trials.csv", csv_pieces(said.trials, every)),
@@ -316,11 +312,6 @@ def plain(text: str) -> str:
 def as_written(text: str) -> str:
     """A text of a CSV without the apostrophe that `plain` put before it."""
     return text[1:] if text.startswith("'") and text.lstrip("'").startswith(FORMULAS) else text
-
-
-def _chained(*parts: Iterable[Row]) -> Iterator[Row]:
-    for part in parts:
-        yield from part
 
 
 def _with_errors(parameters: Sequence[str]) -> list[str]:

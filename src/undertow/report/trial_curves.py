@@ -18,9 +18,10 @@ from matplotlib.axes import Axes
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import TrialFindings
 from undertow.discrepancy.words import percent
+from undertow.likelihood.free_run import FreeRun, scored_channel
 from undertow.recording.recording import Array
-from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, PALE, PRESCRIBED, page_style
-from undertow.report.trial_figures import response, thinned
+from undertow.report.style import BLUE, GREEN, GREY, INK, NOT_EXPLAINED, PALE, PRESCRIBED, page_style
+from undertow.report.trial_figures import Response, allowance, drawn_as, response, thinned, time_axes
 
 WIDTH_IN, HEIGHT_IN = 8.0, 3.2
 """Size of a figure of one trial, inches."""
@@ -45,9 +46,28 @@ class Curve:
     coordinate: str = "translation"
     quantity: str = "displacement"
 
+    @property
+    def shown(self) -> Response:
+        """What it is in words, and the unit it is drawn in."""
+        return drawn_as(self.quantity, self.coordinate)
+
+
+def curve_of(motion: Motion, run: FreeRun) -> Curve:
+    """One trial's free run, without a band."""
+    none = np.zeros(0)
+    label = f"{motion.name}: free-run error {percent(run.nrmse)}"
+    turned, shown = motion.recording.coordinate, scored_channel(motion)
+    return Curve(label, run.t, run.simulated, run.measured, none, none, turned, shown)
+
+
+def noise_of_curve(motion: Motion) -> float:
+    """Standard deviation of the noise of what a free run is scored against."""
+    return float(motion.noise.get(scored_channel(motion), 0.0))
+
 
 __all__ = [
-    "Axes", "Curve", "draw_intervals", "draw_pairs", "draw_recording", "draw_run", "draw_run_residual", "new_axes",
+    "Axes", "Curve", "curve_of", "draw_intervals", "draw_pairs", "draw_recording", "draw_run", "draw_run_residual",
+    "new_axes", "noise_of_curve",
 ]  # fmt: skip
 
 
@@ -59,25 +79,24 @@ def new_axes() -> Axes:
 
 def draw_recording(motion: Motion, axes: Axes) -> Axes:
     """A trial's recorded displacement about its rest position, against the time after its release."""
-    factor, unit = DRAWN[motion.recording.coordinate]
-    inside = motion.inside
-    axes.plot(*thinned(motion.t[inside], (motion.x[inside] - motion.equilibrium.value) * factor), label=motion.name)
-    _labels(axes, "displacement" if unit == "mm" else "angle", unit)
+    shown, inside = drawn_as("displacement", motion.recording.coordinate), motion.inside
+    away = (motion.x[inside] - motion.equilibrium.value) * shown.factor
+    axes.plot(*thinned(motion.t[inside], away), label=motion.name)
+    time_axes(axes, f"{shown.words} ({shown.unit})")
     axes.legend(loc="upper right")
     return axes
 
 
 def draw_run(curve: Curve, axes: Axes) -> Axes:
     """Measured motion and free run against time, with the free run's 90 % band where there is one."""
-    factor, unit = DRAWN[curve.coordinate]
+    shown, factor = curve.shown, curve.shown.factor
     if curve.lower.size:
-        axes.fill_between(
-            curve.t, curve.lower * factor, curve.upper * factor, color=PALE, lw=0, label="90 % band of the free run"
-        )
+        low, high = curve.lower * factor, curve.upper * factor
+        axes.fill_between(curve.t, low, high, color=PALE, lw=0, label="90 % band of the free run")
     if curve.measured.size:
         axes.plot(*thinned(curve.t, curve.measured * factor), color=INK, lw=1.1, label="measured")
     axes.plot(*thinned(curve.t, curve.simulated * factor), color=BLUE, lw=0.9, label="free run")
-    _labels(axes, _words(curve), _unit(curve, unit))
+    time_axes(axes, f"{shown.words} ({shown.unit})")
     axes.set_title(curve.label)
     axes.legend(loc="upper right", ncols=3)
     return axes
@@ -85,12 +104,12 @@ def draw_run(curve: Curve, axes: Axes) -> Axes:
 
 def draw_run_residual(curve: Curve, axes: Axes, noise: float = 0.0) -> Axes:
     """Measured less free run against time; grey: plus and minus two standard deviations of the sensor's noise."""
-    factor, unit = DRAWN[curve.coordinate]
+    shown, factor = curve.shown, curve.shown.factor
     if noise > 0.0:
         axes.axhspan(-2.0 * noise * factor, 2.0 * noise * factor, color=PALE, lw=0, label="sensor noise (2 sigma)")
         axes.legend(loc="upper right")
     axes.plot(*thinned(curve.t, (curve.measured - curve.simulated) * factor), color=GREEN, lw=0.8)
-    _labels(axes, f"residual {_words(curve)}", _unit(curve, unit))
+    time_axes(axes, f"residual {shown.words} ({shown.unit})")
     axes.set_title(curve.label)
     return axes
 
@@ -136,22 +155,6 @@ def _named(name: str, units: Mapping[str, str]) -> str:
     return f"{name}\n({unit})" if unit not in ("", "1") else name
 
 
-def _words(curve: Curve) -> str:
-    if curve.coordinate == "rotation":
-        return "angle" if curve.quantity == "displacement" else "angular velocity"
-    return curve.quantity
-
-
-def _unit(curve: Curve, unit: str) -> str:
-    return unit if curve.quantity == "displacement" else f"{unit}/s"
-
-
-def _labels(axes: Axes, words: str, unit: str) -> None:
-    axes.set_xlabel("time after release (s)")
-    axes.set_ylabel(f"{words} ({unit})")
-    axes.margins(x=0.0)
-
-
 Row = tuple[str, float, float, float]
 """A group's label, its free-run error before and after the repair (nan: none), and what repetitions allow."""
 
@@ -179,12 +182,10 @@ def draw_runs_before_and_after(trial: TrialFindings, axes: Axes) -> Axes:
     x0, clock and rest position were adjusted to the trial, alike for both equations.
     """
     shown = response(trial)
-    rms = float(np.sqrt(np.mean(trial.measured**2)))
-    allowed = trial.mismatch.repeatability_nrmse * rms * shown.factor
-    measured = trial.measured * shown.factor
-    if math.isfinite(allowed):
-        t, band = thinned(trial.t, measured)
-        axes.fill_between(t, band - allowed, band + allowed, color=PALE, lw=0, label="allowed by repeatability")
+    band, measured = allowance(trial) * shown.factor, trial.measured * shown.factor
+    if math.isfinite(band):
+        t, middle = thinned(trial.t, measured)
+        axes.fill_between(t, middle - band, middle + band, color=PALE, lw=0, label="allowed by repeatability")
     axes.plot(*thinned(trial.t, measured), color=INK, lw=1.1, label="measured")
     before = f"as prescribed: error {percent(trial.mismatch.nrmse)}"
     axes.plot(*thinned(trial.t, trial.simulated * shown.factor), color=PRESCRIBED, lw=0.9, label=before)
@@ -193,8 +194,6 @@ def draw_runs_before_and_after(trial: TrialFindings, axes: Axes) -> Axes:
         after = f"repaired: error {percent(trial.augmented.nrmse)}"
         axes.plot(*thinned(trial.t, found), color=GREEN, lw=0.9, ls="--", label=after)
     axes.set_title(f"{trial.motion.name}{' (held out)' if trial.held_out else ''}")
-    axes.set_xlabel("time after release (s)")
-    axes.set_ylabel(f"{shown.words} ({shown.unit})")
-    axes.margins(x=0.0)
+    time_axes(axes, f"{shown.words} ({shown.unit})")
     axes.legend(loc="upper right", ncols=2)
     return axes

@@ -35,13 +35,6 @@ FIRST_POINTS = 400
 RUNAWAY = 3.0
 """A free run is drawn up to so many times the largest measured motion: further away it has left the recording."""
 
-_RESPONSES = {
-    ("displacement", "translation"): "displacement",
-    ("displacement", "rotation"): "angle",
-    ("velocity", "translation"): "velocity",
-    ("velocity", "rotation"): "angular velocity",
-}
-
 
 @dataclass(frozen=True)
 class Response:
@@ -59,10 +52,26 @@ def response(trial: TrialFindings) -> Response:
 
 def response_of(recording: Recording) -> Response:
     """Displacement where it was recorded, else velocity (a rate gyro alone)."""
-    channel = "displacement" if "displacement" in recording.channels else "velocity"
-    factor, unit = DRAWN[recording.coordinate]
-    words = _RESPONSES[channel, recording.coordinate]
+    return drawn_as("displacement" if "displacement" in recording.channels else "velocity", recording.coordinate)
+
+
+def drawn_as(channel: str, coordinate: str) -> Response:
+    """How a channel of a motion is drawn."""
+    factor, unit = DRAWN[coordinate]
+    turned = "angle" if channel == "displacement" else "angular velocity"
+    words = turned if coordinate == "rotation" else channel
     return Response(words, unit if channel == "displacement" else f"{unit}/s", factor)
+
+
+def allowance(trial: TrialFindings) -> float:
+    """How far repetitions would lie from a trial's measured motion (RMS), in SI; nan where nobody knows."""
+    return trial.mismatch.repeatability_nrmse * float(np.sqrt(np.mean(trial.measured**2)))
+
+
+def time_axes(axes: Axes, label: str) -> None:
+    """Labels of an axes over the time after the release, which its curves fill."""
+    axes.set(xlabel="time after release (s)", ylabel=label)
+    axes.margins(x=0.0)
 
 
 def leaves(trial: TrialFindings) -> bool:
@@ -126,10 +135,8 @@ def draw_free_run(trial: TrialFindings, axes: Axes) -> Axes:
     if trial.augmented:
         found = (trial.measured - trial.augmented.residual) * shown.factor
         axes.plot(*thinned(trial.t, found), color=GREEN, lw=0.8, ls="--", label="with what was found")
-    axes.set_ylabel(f"{shown.words}\n({shown.unit})")
-    axes.set_xlabel("time after release (s)")
+    time_axes(axes, f"{shown.words}\n({shown.unit})")
     axes.set_title(trial_heading(trial), color=NOT_EXPLAINED if trial.mismatch.missing else INK)
-    axes.margins(x=0.0)
     _say_that_it_leaves(trial, axes)
     return axes
 
@@ -138,20 +145,17 @@ def draw_residual(trial: TrialFindings, axes: Axes) -> Axes:
     """Measured minus free run against time, green with what the verdict names; grey: plus and minus what repeatability
     allows, as an RMS."""
     shown = response(trial)
-    rms = float(np.sqrt(np.mean(trial.measured**2)))
-    allowed = trial.mismatch.repeatability_nrmse * rms * shown.factor
-    if math.isfinite(allowed):
-        axes.axhspan(-allowed, allowed, color=PALE, lw=0)
+    band = allowance(trial) * shown.factor
+    if math.isfinite(band):
+        axes.axhspan(-band, band, color=PALE, lw=0)
     residual = (trial.measured - trial.simulated) * shown.factor
     axes.plot(*thinned(trial.t, residual), color=PRESCRIBED, lw=0.7)
     if trial.augmented:
         axes.plot(*thinned(trial.t, trial.augmented.residual * shown.factor), color=GREEN, lw=0.8)
-    size = 1.1 * max(float(np.max(np.abs(residual))), allowed if math.isfinite(allowed) else 0.0, 1e-9)
+    size = 1.1 * max(float(np.max(np.abs(residual))), band if math.isfinite(band) else 0.0, 1e-9)
     size = 1.1 * reach(trial) * shown.factor if leaves(trial) else size
     axes.set_ylim(-size, size)
-    axes.set_ylabel(f"residual\n({shown.unit})")
-    axes.set_xlabel("time after release (s)")
-    axes.margins(x=0.0)
+    time_axes(axes, f"residual\n({shown.unit})")
     return axes
 
 
@@ -228,8 +232,7 @@ def draw_decay(group: GroupFindings, axes: Axes) -> Axes:
         axes.set_yscale("log")
         plain_log_ticks(axes.yaxis, sizes)
     shown = response(trials[0])
-    axes.set_ylabel(f"peak {shown.words} a half cycle ({shown.unit})")
-    axes.set_xlabel("time after release (s)")
+    axes.set(xlabel="time after release (s)", ylabel=f"peak {shown.words} a half cycle ({shown.unit})")
     found = " · dashed: with what was found" if any(trial.augmented for trial in trials) else ""
     axes.set_title(f"points: measured · lines: free run{found}", fontsize=8)
     return axes

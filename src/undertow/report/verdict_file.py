@@ -54,51 +54,42 @@ def plain(value: object) -> Any:
 
 def group_json(verdict: Verdict) -> dict[str, Any]:
     """One group's entry."""
-    check = verdict.physical_check
-    return {
-        "group": plain(verdict.group),
-        "trials": list(verdict.trials),
-        "held_out": list(verdict.held_out),
+    entry: dict[str, Any] = plain({
+        "group": verdict.group,
+        "trials": verdict.trials,
+        "held_out": verdict.held_out,
         "status": verdict.status,
-        "verdict": list(verdict.verdict),
-        "alternatives": [list(names) for names in verdict.alternatives],
-        "confidence": plain(verdict.confidence),
-        "posterior": plain(verdict.posterior),
+        "verdict": verdict.verdict,
+        "alternatives": verdict.alternatives,
+        "confidence": verdict.confidence,
+        "posterior": verdict.posterior,
         "because": verdict.because,
         "decision": [
-            {"gate": g.gate, "statistic": g.statistic, "value": plain(g.value), "limit": plain(g.limit),
-             "passed": g.passed, "because": "" if g.passed else g.because}
+            {"gate": g.gate, "statistic": g.statistic, "value": g.value, "limit": g.limit, "passed": g.passed,
+             "because": "" if g.passed else g.because}
             for g in verdict.decision
         ],
-        "p_value": plain(verdict.p_value),
-        "upper_bound": plain(verdict.upper_bound),
-        "detectable": [plain(dataclasses.asdict(one)) for one in verdict.detectable],
-        "not_testable": list(verdict.not_testable),
+        "p_value": verdict.p_value,
+        "upper_bound": verdict.upper_bound,
+        "detectable": [dataclasses.asdict(one) for one in verdict.detectable],
+        "not_testable": verdict.not_testable,
         "origin": verdict.origin,
-        "parameters": plain(verdict.parameters),
+        "parameters": verdict.parameters,
         "baseline": _described(verdict.baseline),
         "augmented": None if verdict.augmented is None else _described(verdict.augmented),
-        "sensor_floor_nrmse": plain(verdict.sensor_floor_nrmse),
-        "repeatability_nrmse": plain(verdict.repeatability_nrmse),
+        "sensor_floor_nrmse": verdict.sensor_floor_nrmse,
+        "repeatability_nrmse": verdict.repeatability_nrmse,
         "rejected": [{"name": suspect.name, "because": suspect.because} for suspect in verdict.rejected],
-        "physical_check": {
-            "expected": plain(check.expected),
-            "found": plain(check.found),
-            "agrees": check.agrees,
-            "because": check.because,
-        },
-        "transfer": plain(verdict.transfer),
+        "physical_check": dataclasses.asdict(verdict.physical_check),
+        "transfer": verdict.transfer,
         "next_test": verdict.next_test,
         "sentence": verdict.sentence,
-    }
+    })  # fmt: skip
+    return entry
 
 
-def _described(described: Described) -> dict[str, Any]:
-    return {
-        "nrmse": plain(described.nrmse),
-        "held_out_nrmse": plain(described.held_out_nrmse),
-        "parameters": plain(described.parameters),
-    }
+def _described(one: Described) -> dict[str, Any]:
+    return {"nrmse": one.nrmse, "held_out_nrmse": one.held_out_nrmse, "parameters": one.parameters}
 
 
 def verdict_pieces(groups: Iterable[Mapping[str, Any]], sentence: str) -> Iterator[str]:

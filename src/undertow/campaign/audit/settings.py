@@ -10,11 +10,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PrivateAttr, ValidationError, model_validator
+from pydantic import Field, PrivateAttr, model_validator
 
 from undertow.audit.tables import QUANTITIES
 from undertow.campaign.config.settings import Section
-from undertow.campaign.config.source import read_source, sentences
+from undertow.campaign.config.source import read_source, validated
 from undertow.errors import ConfigError
 from undertow.recording.recording import Condition
 
@@ -139,10 +139,6 @@ def load_audit(path: str | Path, overrides: Sequence[str] = ()) -> AuditConfig:
     source = read_source(Path(path), overrides)
     if "recordings" in source.data:
         raise ConfigError(f"{path} is a config of recordings, for undertow run; an audit's has laboratory and tables")
-    try:
-        config = AuditConfig.model_validate(source.data)
-    except ValidationError as error:
-        found = sentences(source, error.errors(include_url=False), AuditConfig.model_json_schema())
-        raise ConfigError("\n".join(found)) from error
+    config = validated(AuditConfig, source)
     config._folder = Path(path).absolute().parent
     return config

@@ -6,10 +6,11 @@ here: rules of channels (rules.py), of a harmonic set's own keys (response_rules
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from undertow.campaign.config.settings import Table
-from undertow.campaign.config.source import Location
+from undertow.campaign.config.source import Wrong
 
 if TYPE_CHECKING:
     from undertow.campaign.config.run_config import RunConfig
@@ -29,51 +30,48 @@ def methods_of(config: RunConfig) -> tuple[str, ...]:
     return IN_TIME if said.response is None else HARMONIC
 
 
-def driven_wrong(config: RunConfig) -> list[tuple[Location, str]]:
-    """Where and what a driven campaign is asked for that it does not do; empty for decays."""
+def driven_wrong(config: RunConfig) -> Iterator[Wrong]:
+    """Where and what a driven campaign is asked for that it does not do; nothing for decays."""
     said = config.recordings
     if not said.driven_by:
-        return []
+        return
     harmonic = said.response is not None
     kind, allowed = ("a harmonic set", HARMONIC) if harmonic else ("a driven body", IN_TIME)
-    wrong: list[tuple[Location, str]] = [
-        (("identify", at), f"{name} does not apply to {kind}; give {', '.join(allowed)}, or leave identify out")
-        for at, name in enumerate(methods_of(config)) if name not in allowed
-    ]  # fmt: skip
+    for at, name in enumerate(methods_of(config)):
+        if name not in allowed:
+            advice = f"give {', '.join(allowed)}, or leave identify out"
+            yield ("identify", at), f"{name} does not apply to {kind}; {advice}"
     if config.discrepancy.budget != 1.0:
         text = f"discrepancy.budget has no effect on {kind}, whose search has no budget; take it out"
-        wrong.append((("discrepancy", "budget"), text))
-    return wrong if harmonic else [*wrong, *_of_trials(config), *_by_condition(config)]
+        yield ("discrepancy", "budget"), text
+    if not harmonic:
+        yield from _of_trials(config)
+        yield from _by_condition(config)
 
 
-def _of_trials(config: RunConfig) -> list[tuple[Location, str]]:
+def _of_trials(config: RunConfig) -> Iterator[Wrong]:
     """Groups, dry trials and rules for releases: all trials of a driven campaign are one fit."""
-    wrong: list[tuple[Location, str]] = []
     together = "all trials of a driven campaign are fitted together, by one equation"
     if config.trials.group_by:
         text = f"trials.group_by is {', '.join(config.trials.group_by)}, but {together}; give each group a config"
-        wrong.append((("trials", "group_by"), text))
+        yield ("trials", "group_by"), text
     if config.trials.dry:
         text = f"trials.dry has no effect: {together}; take it out, and give a config each to dry and wet trials"
-        wrong.append((("trials", "dry"), text))
+        yield ("trials", "dry"), text
     rule = config.trials.hold_out
     if rule != "auto" and not isinstance(rule, tuple):
-        text = (
+        yield ("trials", "hold_out"), (
             "trials.hold_out goes by amplitudes of releases; of driven trials give auto (the last fifth of each) or a "
             "list of files"
         )
-        wrong.append((("trials", "hold_out"), text))
-    return wrong
 
 
-def _by_condition(config: RunConfig) -> list[tuple[Location, str]]:
+def _by_condition(config: RunConfig) -> Iterator[Wrong]:
     """Quantities of the specimen that differ from trial to trial."""
-    rule = "but all trials of a driven campaign are one body; give a number"
-    return [
-        (("specimen", name), f"{name} goes by {value.by!r}, {rule}")
-        for name in ("mass_kg", "stiffness_N_per_m", "submerged_volume_m3")
-        if isinstance(value := getattr(config.specimen, name), Table)
-    ]  # fmt: skip
+    for name in ("mass_kg", "stiffness_N_per_m", "submerged_volume_m3"):
+        if isinstance(value := getattr(config.specimen, name), Table):
+            rule = "but all trials of a driven campaign are one body; give a number"
+            yield ("specimen", name), f"{name} goes by {value.by!r}, {rule}"
 
 
 def unused(config: RunConfig, held: tuple[str, ...]) -> tuple[str, ...]:

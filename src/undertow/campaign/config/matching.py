@@ -19,23 +19,22 @@ from pathlib import Path
 from undertow.campaign.config.recording_settings import ChannelSettings
 from undertow.campaign.config.run_config import GroupKey, RunConfig
 from undertow.campaign.config.settings import LargestSettings
-from undertow.campaign.config.situations import CLOSE, Situation, listed, nearest, situations, values_of, written
-from undertow.campaign.config.source import Location
+from undertow.campaign.config.situations import CLOSE, Situation, listed, nearest, situations, values_of
+from undertow.campaign.config.source import Location, Wrong
 from undertow.campaign.config.specimen_rules import impossible, location, tables
 from undertow.errors import ConfigError, RecordingError
 from undertow.recording.catalogue import Entry
-from undertow.recording.conditions import same_condition
+from undertow.recording.conditions import same_condition, written
 from undertow.recording.gather import listing
 from undertow.recording.patterns import Patterns, patterns_of
 from undertow.recording.propose import name_and_unit
 from undertow.recording.readers import trial_name
-from undertow.recording.recording import Condition, Coordinate
+from undertow.recording.recording import COORDINATES, Condition
 from undertow.recording.units import factor_to_si
 
 SENTENCES_AT_MOST = 20
 """Problems said at once; a list of a thousand wrong files is one mistake."""
 
-Wrong = tuple[Location, str]
 Entries = Sequence[Entry]
 
 
@@ -149,13 +148,12 @@ def _names(config: RunConfig, entries: Entries) -> Iterator[Wrong]:
     """Conditions that no trial has."""
     have = sorted({name for entry in entries for name in entry.conditions})
     asked: list[tuple[Location, str, str]] = [
-        *((("trials", "group_by", at), "trials.group_by", name) for at, name in enumerate(config.trials.group_by)),
-        *((("trials", "dry", name), "trials.dry", name) for name in config.trials.dry or {}),
+        *((("trials", "group_by", i), "trials.group_by names", name) for i, name in enumerate(config.trials.group_by)),
+        *((("trials", "dry", name), "trials.dry names", name) for name in config.trials.dry or {}),
         *((location(q, "by"), f"specimen.{q} goes by", table.by) for q, table in tables(config).items()),
     ]
-    for where, key, name in asked:
+    for where, says, name in asked:
         if name not in have:
-            says = key if key.endswith("by") and key.startswith("specimen") else f"{key} names"
             near = nearest(name, have)
             yield where, f"{says} {name!r}, but no trial has such a condition; they have {listed(have)}{near}"
 
@@ -318,8 +316,7 @@ def contradicted_headers(config: RunConfig) -> tuple[str, ...]:
 
 def _size_of(unit: str, channel: str) -> float | None:
     """A unit in SI, in translation or rotation; None where it is none of this channel."""
-    coordinates: tuple[Coordinate, ...] = ("translation", "rotation")
-    for coordinate in coordinates:
+    for coordinate in COORDINATES:
         with contextlib.suppress(RecordingError):
             return factor_to_si(unit, channel, coordinate)[0]
     return None

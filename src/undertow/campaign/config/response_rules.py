@@ -5,11 +5,12 @@ Belongs here: rules of `recordings.response`. Does not belong here: rules of cha
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from undertow.campaign.config.response_settings import DRIVES, ResponseSettings, SweepSettings
 from undertow.campaign.config.settings import Table
-from undertow.campaign.config.source import Location
+from undertow.campaign.config.source import Location, Wrong
 from undertow.errors import RecordingError
 from undertow.recording.recording import Coordinate
 from undertow.recording.units import factor_to_si, phase_factor, rate_factor
@@ -20,60 +21,55 @@ if TYPE_CHECKING:
 PLACE: Location = ("recordings", "response")
 
 
-def response_wrong(config: RunConfig) -> list[tuple[Location, str]]:
-    """Where and what is wrong with `recordings.response` and beside it; empty where there is none."""
+def response_wrong(config: RunConfig) -> Iterator[Wrong]:
+    """Where and what is wrong with `recordings.response` and beside it; nothing where there is none."""
     said = config.recordings
     if said.response is None:
-        return []
-    wrong: list[tuple[Location, str]] = []
+        return
     if "channels" in said.model_fields_set:
         text = "recordings has channels and response; a harmonic set has no channels in time: give one of the two"
-        wrong.append((("recordings", "channels"), text))
+        yield ("recordings", "channels"), text
     idle = {
         ("recordings", "layouts"): said.layouts, ("recordings", "cells"): said.cells,
         ("recordings", "despike"): said.despike, ("recordings", "accept"): said.accept,
         ("recordings", "releases"): said.releases,
         ("trials", "window"): config.trials.window != "auto", ("trials", "dry"): config.trials.dry,
     }  # fmt: skip
-    wrong += [
-        (where, f"{'.'.join(map(str, where))} has no effect on a harmonic set (recordings.response); take it out")
-        for where, value in idle.items() if value
-    ]  # fmt: skip
+    for where, value in idle.items():
+        if value:
+            yield where, f"{'.'.join(where)} has no effect on a harmonic set (recordings.response); take it out"
     rule = config.trials.hold_out
     if rule != "auto" and not isinstance(rule, tuple):
         text = "trials.hold_out goes by amplitudes of releases; of a harmonic set give auto or a list of files"
-        wrong.append((("trials", "hold_out"), text))
-    coordinate = config.equation.coordinate
-    return [*wrong, *_drive(said.response), *_units(said.response, coordinate), *_numbers(said.response)]
+        yield ("trials", "hold_out"), text
+    yield from _drive(said.response)
+    yield from _units(said.response, config.equation.coordinate)
+    yield from _numbers(said.response)
 
 
-def _drive(said: ResponseSettings) -> list[tuple[Location, str]]:
+def _drive(said: ResponseSettings) -> Iterator[Wrong]:
     """Not exactly one drive, a base without the motion's frame, a sweep that is said twice or not at all."""
     given = [name for name in DRIVES if getattr(said, name) is not None]
     if len(given) != 1:
-        have = ", ".join(given) or "none"
-        return [(PLACE, f"response has the drives {have}; give exactly one of {', '.join(DRIVES)}")]
-    wrong: list[tuple[Location, str]] = []
+        yield PLACE, f"response has the drives {', '.join(given) or 'none'}; give exactly one of {', '.join(DRIVES)}"
+        return
     if given[0] != "force" and said.amplitude.frame is None:
-        text = (
+        yield (*PLACE, "amplitude", "frame"), (
             f"amplitude has no frame, and the base moves ({given[0]}); say frame: absolute (against the earth) or "
             "relative (against the base)"
         )
-        wrong.append(((*PLACE, "amplitude", "frame"), text))
     if isinstance(said.sweep, SweepSettings) and (said.sweep.column is None) == (said.sweep.by is None):
         text = f"sweep has column {said.sweep.column!r} and by {said.sweep.by!r}; give exactly one of them"
-        wrong.append(((*PLACE, "sweep"), text))
+        yield (*PLACE, "sweep"), text
     for name in (given[0], "stderr"):
         one = getattr(said, name)
         if one is not None and (one.column is None) == (one.value is None):
             text = f"{name} has column {one.column!r} and value {one.value!r}; give exactly one of them"
-            wrong.append(((*PLACE, name), text))
-    return wrong
+            yield (*PLACE, name), text
 
 
-def _units(said: ResponseSettings, coordinate: Coordinate) -> list[tuple[Location, str]]:
+def _units(said: ResponseSettings, coordinate: Coordinate) -> Iterator[Wrong]:
     """Units that are not known, or of another quantity."""
-    wrong: list[tuple[Location, str]] = []
     for name in ("frequency", "amplitude", "phase", *DRIVES, "stderr"):
         one = getattr(said, name)
         if one is None:
@@ -86,20 +82,16 @@ def _units(said: ResponseSettings, coordinate: Coordinate) -> list[tuple[Locatio
             else:
                 factor_to_si(one.unit, name if name in DRIVES else "displacement", coordinate)
         except RecordingError as error:
-            wrong.append(((*PLACE, name, "unit"), f"response.{name}: {error}"))
-    return wrong
+            yield (*PLACE, name, "unit"), f"response.{name}: {error}"
 
 
-def _numbers(said: ResponseSettings) -> list[tuple[Location, str]]:
+def _numbers(said: ResponseSettings) -> Iterator[Wrong]:
     """Drives and errors that are stated as zero or less."""
-    wrong: list[tuple[Location, str]] = []
     for name in (*DRIVES, "stderr"):
         one = getattr(said, name)
         if one is None or one.value is None:
             continue
-        values = one.value.values if isinstance(one.value, Table) else {"": one.value}
-        wrong += [
-            ((*PLACE, name, "value"), f"{name} is {value:g} {one.unit}; an amplitude and an error are above zero")
-            for value in values.values() if not value > 0.0
-        ]  # fmt: skip
-    return wrong
+        for value in one.value.values.values() if isinstance(one.value, Table) else (one.value,):
+            if not value > 0.0:
+                text = f"{name} is {value:g} {one.unit}; an amplitude and an error are above zero"
+                yield (*PLACE, name, "value"), text

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import Field, PrivateAttr, ValidationError
+from pydantic import Field, PrivateAttr
 
 from undertow.campaign.config.described import ByPattern, described
 from undertow.campaign.config.driven_rules import methods_of
@@ -28,7 +28,7 @@ from undertow.campaign.config.settings import (
     TrialsSettings,
     WindowSettings,
 )
-from undertow.campaign.config.source import Location, Source, read_source, sentences
+from undertow.campaign.config.source import Location, Source, read_source, validated
 from undertow.errors import ConfigError
 from undertow.likelihood.fit import Specimen
 from undertow.recording.catalogue import Catalogue, TimeWindow
@@ -207,11 +207,7 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> RunConfig:
     Raises ConfigError with one line a problem: the file's line, the key, what was written, what it should be.
     """
     source = read_source(Path(path), overrides)
-    try:
-        config = RunConfig.model_validate(source.data)
-    except ValidationError as error:
-        found = sentences(source, error.errors(include_url=False), RunConfig.model_json_schema())
-        raise ConfigError("\n".join(found)) from error
+    config = validated(RunConfig, source)
     config._folder, config._source = Path(path).absolute().parent, source
     wrong = [f"{source.place(location)}: {text}" for location, text in contradictions(config)]
     if wrong:

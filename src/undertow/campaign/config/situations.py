@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from undertow.recording.catalogue import Entry
-from undertow.recording.conditions import number
+from undertow.recording.conditions import number, written
 from undertow.recording.recording import Condition
 
 SHOWN = 8
@@ -53,15 +53,6 @@ def values_of(here: Iterable[Situation], name: str) -> list[Condition]:
     """The different values of one condition, numbers first, in order."""
     found = {one.conditions[name] for one in here if name in one.conditions}
     return sorted(found, key=lambda value: (isinstance(value, str), value))
-
-
-def written(value: Condition) -> str:
-    """A value as a sentence gives it: numbers without needless digits.
-
-    >>> written(2.0), written("long"), written(109592.0)
-    ('2', 'long', '109592')
-    """
-    return value if isinstance(value, str) else f"{value:.10g}"
 
 
 def listed(values: Sequence[Condition]) -> str:

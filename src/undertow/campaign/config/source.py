@@ -9,29 +9,20 @@ import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
-from ruamel.yaml import YAML
+from ruamel.yaml import YAML, tokens
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
-from ruamel.yaml.tokens import (
-    AliasToken,
-    BlockEndToken,
-    BlockMappingStartToken,
-    BlockSequenceStartToken,
-    FlowMappingEndToken,
-    FlowMappingStartToken,
-    FlowSequenceEndToken,
-    FlowSequenceStartToken,
-    KeyToken,
-    TagToken,
-)
 
 from undertow.errors import ConfigError
 from undertow.recording.conditions import number
 
 Location = tuple[int | str, ...]
+Wrong = tuple[Location, str]
+"""Where a config is wrong, and how, in a sentence."""
 
 _HELD: Mapping[type, str] = {list: "a list", str: "one text"}
 """What a file without keys holds, in words."""
@@ -45,9 +36,14 @@ TOKENS_AT_MOST = 100_000
 DEEPEST = 32
 """Levels of a config; the deepest key of all lies 6 levels deep."""
 
+Model = TypeVar("Model", bound=BaseModel)
+
 _SHOWN = 60  # characters of a value in a message
-_STARTS = (BlockMappingStartToken, BlockSequenceStartToken, FlowMappingStartToken, FlowSequenceStartToken)
-_ENDS = (BlockEndToken, FlowMappingEndToken, FlowSequenceEndToken)
+_STARTS = (
+    tokens.BlockMappingStartToken, tokens.BlockSequenceStartToken, tokens.FlowMappingStartToken,
+    tokens.FlowSequenceStartToken,
+)  # fmt: skip
+_ENDS = (tokens.BlockEndToken, tokens.FlowMappingEndToken, tokens.FlowSequenceEndToken)
 
 
 @dataclass(frozen=True)
@@ -112,10 +108,10 @@ def _allow(text: str, name: str) -> None:
     depth, before = 0, None
     for count, token in enumerate(YAML(typ="safe", pure=True).scan(text)):
         where = f"{name} line {token.start_mark.line + 1}"
-        if isinstance(token, TagToken | AliasToken):
-            kind = "a tag (!...)" if isinstance(token, TagToken) else "an alias (*...)"
+        if isinstance(token, tokens.TagToken | tokens.AliasToken):
+            kind = "a tag (!...)" if isinstance(token, tokens.TagToken) else "an alias (*...)"
             raise ConfigError(f"{where}: {kind} is not read; write the value itself")
-        if isinstance(before, KeyToken) and isinstance(token, _STARTS):
+        if isinstance(before, tokens.KeyToken) and isinstance(token, _STARTS):
             raise ConfigError(f"{where}: a key is a list or has keys itself; write it as plain text")
         before = token
         depth += isinstance(token, _STARTS) - isinstance(token, _ENDS)
@@ -126,6 +122,15 @@ def _allow(text: str, name: str) -> None:
                 f"{where}: there are more than {TOKENS_AT_MOST} keys, values and marks up to here; lists of trials "
                 "belong in recordings.index"
             )
+
+
+def validated(model: type[Model], source: Source) -> Model:
+    """What a file says as its model has it; ConfigError with a sentence for everything that it cannot be."""
+    try:
+        return model.model_validate(source.data)
+    except ValidationError as error:
+        found = sentences(source, error.errors(include_url=False), model.model_json_schema())
+        raise ConfigError("\n".join(found)) from error
 
 
 def sentences(source: Source, errors: Sequence[ErrorDetails], schema: Mapping[str, Any]) -> list[str]:

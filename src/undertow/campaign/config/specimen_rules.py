@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from undertow.campaign.config.settings import Quantity, Table
-from undertow.campaign.config.situations import Situation, listed, written
-from undertow.campaign.config.source import Location
+from undertow.campaign.config.situations import Situation, listed
+from undertow.campaign.config.source import Location, Wrong
 from undertow.errors import ConfigError
 from undertow.quantities import LARGEST_SCATTER
 from undertow.recording.channels import LARGEST
-from undertow.recording.conditions import number, same_condition
+from undertow.recording.conditions import number, same_condition, written
 from undertow.recording.recording import Condition
 
 if TYPE_CHECKING:
@@ -94,26 +94,26 @@ def location(name: str, *below: str) -> Location:
     return ("specimen", *name.split("."), *below)
 
 
-def unphysical(config: RunConfig) -> list[tuple[Location, str]]:
+def unphysical(config: RunConfig) -> Iterator[Wrong]:
     """Where and what is wrong in the numbers of the specimen as they are written."""
-    wrong: list[tuple[Location, str]] = [*_scattered(config), *_otherworldly(config)]
+    yield from _scattered(config)
+    yield from _otherworldly(config)
     for name, quantity in quantities(config).items():
         if not isinstance(quantity, Table):
             if said := _refused(config, name, quantity, zero=False):
-                wrong.append((location(name), said))
+                yield location(name), said
             continue
         for key, value in quantity.values.items():
             if said := _refused(config, name, value, zero=True, where=f" for {quantity.by} {key}"):
-                wrong.append((location(name, key), said))
-        wrong += [
-            (location(name, key), f"specimen.{name} has {first} and {key}, which are the same number; drop one")
-            for at, key in enumerate(quantity.values)
-            for first in list(quantity.values)[:at] if same_condition(first, key)
-        ]  # fmt: skip
-    return wrong
+                yield location(name, key), said
+        for at, key in enumerate(quantity.values):
+            for first in list(quantity.values)[:at]:
+                if same_condition(first, key):
+                    text = f"specimen.{name} has {first} and {key}, which are the same number; drop one"
+                    yield location(name, key), text
 
 
-def _scattered(config: RunConfig) -> Iterator[tuple[Location, str]]:
+def _scattered(config: RunConfig) -> Iterator[Wrong]:
     """A scatter from trial to trial that was meant in per cent."""
     for name, share in ({} if config.specimen.scatter is None else config.specimen.scatter.model_dump()).items():
         if share > LARGEST_SCATTER:
@@ -123,7 +123,7 @@ def _scattered(config: RunConfig) -> Iterator[tuple[Location, str]]:
             )
 
 
-def _otherworldly(config: RunConfig) -> Iterator[tuple[Location, str]]:
+def _otherworldly(config: RunConfig) -> Iterator[Wrong]:
     """A gravity or density that no laboratory has, as one counted in g or in g/cm^3."""
     for name, known in CONSTANTS.items():
         value, (least, most) = getattr(config.specimen, name), known.possible
@@ -145,7 +145,7 @@ def strange_constants(config: RunConfig) -> tuple[str, ...]:
     )
 
 
-def impossible(config: RunConfig, here: Iterable[Situation]) -> list[tuple[Location, str]]:
+def impossible(config: RunConfig, here: Iterable[Situation]) -> list[Wrong]:
     """Where and what is wrong with the specimen under conditions that occur (those that lack none), each key once."""
     wrong: dict[Location, str] = {}
     for one in here:
@@ -172,7 +172,7 @@ def check_level(config: RunConfig, conditions: Mapping[str, Condition]) -> None:
             )
 
 
-def _of_conditions(config: RunConfig, one: Situation) -> Iterator[tuple[Location, str]]:
+def _of_conditions(config: RunConfig, one: Situation) -> Iterator[Wrong]:
     conditions, dry = one.conditions, config.is_dry(one.conditions)
     for name, table in tables(config).items():
         here = conditions[table.by]
@@ -194,7 +194,7 @@ def _of_conditions(config: RunConfig, one: Situation) -> Iterator[tuple[Location
     yield from _floats(config, one)
 
 
-def _floats(config: RunConfig, one: Situation) -> Iterator[tuple[Location, str]]:
+def _floats(config: RunConfig, one: Situation) -> Iterator[Wrong]:
     """That the water carries more than the body weighs. In a rotation the mass is an inertia, and nothing is said."""
     if config.equation.coordinate == "rotation":
         return

@@ -16,6 +16,7 @@ from dataclasses import replace
 
 from undertow.campaign.differ.lacking import UNEXPLAINED, UNKNOWN, allowed_error, fitted, judged, let_go, more, needs
 from undertow.campaign.differ.words import sentence_of
+from undertow.comparison.deviations import SLOTS
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.cycle_by_cycle import CycleComparison, compare_cycles, sidebands
 from undertow.discrepancy.difference import Difference, Side, TermRow
@@ -118,10 +119,7 @@ def _kept(motion: Motion, library: tuple[Term, ...]) -> tuple[Term, ...]:
 
 def _repeatability(motion: Motion, run: FreeRun, scatter: Mapping[str, float], seed: int) -> float:
     """nrmse that the simulation's equation would have in 95 % of repetitions on this rig."""
-    spread = {
-        slot: scatter.get(symbol, 0.0) * abs(float(run.theta[SLOT[slot]]))
-        for symbol, slot in (("k", "k1"), ("c", "c1"), ("mu", "fc"))
-    }
+    spread = {slot: scatter.get(symbol, 0.0) * abs(float(run.theta[SLOT[slot]])) for symbol, slot in SLOTS.items()}
     return repeatability(run, spread, sensor_floor(motion, run), scored_channel(motion), seed)
 
 

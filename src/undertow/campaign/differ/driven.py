@@ -14,7 +14,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from undertow.campaign.config import RunConfig
 from undertow.campaign.differ.words import FAR, listed_in_words
 from undertow.campaign.driven.trials import driven_laws, must_drive, recording_alone, trial_of
 from undertow.comparison.driven_search import discover_driven
-from undertow.conditioning.driven import UNITS_OF_MOTION, DrivenTrial
+from undertow.conditioning.driven import DrivenTrial
 from undertow.discrepancy.difference import TermRow
 from undertow.discrepancy.words import percent
 from undertow.equation.driven_laws import find_driven
@@ -33,7 +32,7 @@ from undertow.methods.driven_begin import START_SAMPLES
 from undertow.quantities import Estimate
 from undertow.recording.catalogue import read_trial
 from undertow.recording.recording import Array
-from undertow.report.driven_page import DrawnRun, PagePart, page_html, run_picture
+from undertow.report.driven_page import PagePart, page_html, run_picture
 from undertow.report.verdict_file import plain
 from undertow.report.wording import parameter_words, plain_number
 from undertow.report.writing import write_text
@@ -163,25 +162,18 @@ def differ_driven(simulation: Path, recording: Path, config: RunConfig) -> Drive
 
 def write_driven(found: DrivenDifference, folder: Path) -> None:
     """differ.json and differ.html."""
-    rows = [
-        {"name": row.name, "simulation": plain(row.simulation), "recording": plain(row.recording),
-         "sigmas": plain(row.sigmas)}
-        for row in found.rows
-    ]  # fmt: skip
-    said: dict[str, Any] = {
-        "version": VERSION, "driven": True, "sentence": found.sentence, "lacks": list(found.lacks),
-        "extra": list(found.extra), "differs_in_number": list(found.far), "nrmse": plain(found.missed),
-        "nrmse_of_its_own_equation": plain(found.own), "terms": rows,
-    }  # fmt: skip
+    said = plain({
+        "version": VERSION, "driven": True, "sentence": found.sentence, "lacks": found.lacks,
+        "extra": found.extra, "differs_in_number": found.far, "nrmse": found.missed,
+        "nrmse_of_its_own_equation": found.own, "terms": [vars(row) for row in found.rows],
+    })  # fmt: skip
     write_text(folder / "differ.json", json.dumps(said, indent=1, allow_nan=False, ensure_ascii=False))
     table = [("number", "simulation", "recording", "standard errors apart")]
     for row in found.rows:
         shown = (str(one) if one is not None else "-" for one in (row.simulation, row.recording))
         sigmas = plain_number(row.sigmas, 2) if math.isfinite(row.sigmas) else ""
         table.append((parameter_words(row.name), *shown, sigmas))  # type: ignore[arg-type]
-    t, x = found.trial.t, found.trial.outputs[found.trial.main]
-    unit = UNITS_OF_MOTION[found.trial.main]
-    picture = run_picture(DrawnRun("The simulation's equation under the recording's input", t, x, found.run, unit))
+    picture = run_picture("The simulation's equation under the recording's input", found.trial, found.run)
     equation = "M x'' + " + " + ".join(term.law for term in found.recording.laws.terms) + f" = {found.trial.quantity}"
     part = PagePart(found.sentence, [picture], equation, {"Numbers, with the laws of both": table})
     write_text(folder / "differ.html", page_html("A simulation against a recording", [part]))

@@ -35,7 +35,7 @@ from undertow.campaign.driven.trials import driven_laws, driven_trials
 from undertow.campaign.run.workers import Progress, silent
 from undertow.comparison.driven_search import DrivenFound, discover_driven, suspects_for
 from undertow.comparison.response_search import ResponseFound
-from undertow.conditioning.driven import UNITS_OF_MOTION, DrivenTrial
+from undertow.conditioning.driven import DrivenTrial
 from undertow.discrepancy.findings import FailedTrial
 from undertow.equation.driven import compiled_integrator
 from undertow.equation.driven_hysteresis import HYSTERESES
@@ -45,7 +45,7 @@ from undertow.methods.driven_begin import START_SAMPLES
 from undertow.methods.driven_equations import equation_text, written
 from undertow.methods.driven_order import TAKES_ENERGY, power_given
 from undertow.methods.driven_shares import shares_of
-from undertow.report.driven_page import DrawnRun, PagePart, page_html, run_picture, write_page
+from undertow.report.driven_page import PagePart, page_html, run_picture, write_page
 from undertow.report.wording import parameter_words, plain_number, reason_words
 from undertow.report.writing import write_text
 
@@ -210,7 +210,6 @@ def _write(
     write_answer(folder, text, config, [{**entry, "scatter": {}, "equation": equation}], [group], across)
     _tables(folder, training, found, beside)
     fit = found.best
-    runs = [_shown(trial, fit) for trial in (*training, *unseen)]
     tried: list[tuple[str, ...]] = [("law", "ln evidence", "rms before", "rms after", "because")]
     tried += [
         (reason_words(t.name), *(plain_number(n, 4) for n in (t.evidence, t.before, t.after)),
@@ -227,7 +226,7 @@ def _write(
         tables["Offset and friction by stroke, each pair there and back with its own"] = strokes_table(fit.strokes)
     if shares := told_by(training, fit):
         tables["Standard errors by kind of record"] = shares
-    figures = [run_picture(run) for run in runs]
+    figures = [run_picture(t.name, t, free_run(t, fit, START_SAMPLES)) for t in (*training, *unseen)]
     write_page(folder, page_html(config.name, [PagePart(sentence, figures, equation, tables)]))
 
 
@@ -240,12 +239,6 @@ def told_by(trials: Sequence[DrivenTrial], fitted: DrivenFit) -> list[tuple[str,
         for name, one in shares_of(trials, fitted).items()
     ]  # fmt: skip
     return [("number", "unit", "all trials", "driven alone", "decays alone"), *rows] if rows else []
-
-
-def _shown(trial: DrivenTrial, fitted: DrivenFit) -> DrawnRun:
-    """The trial's free run for the page."""
-    run = free_run(trial, fitted, START_SAMPLES)
-    return DrawnRun(trial.name, trial.t, trial.outputs[trial.main], run, UNITS_OF_MOTION[trial.main])
 
 
 def _verdict(

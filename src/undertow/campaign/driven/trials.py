@@ -6,7 +6,9 @@ Belongs here: from files and settings to `DrivenTrial` and `DrivenLaws`. Does no
 from __future__ import annotations
 
 import glob
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -126,12 +128,9 @@ def driven_trial(config: RunConfig, recording: Recording) -> DrivenTrial:
         rate = recording.channels["water_acceleration"] * (second.gain.value if second.gain is not None else 1.0)
         u = one_velocity(recording.name, recording.time, u, rate)
     outputs = {output: recording.channels[output] for output in OUTPUTS if output in recording.channels}
-    channels = config.recordings.channels
-    frames = {output: getattr(channels, output).frame for output in outputs}
     return DrivenTrial(
         recording.name, recording.time, u, outputs, name, said.hold, recording.conditions,  # type: ignore[arg-type]
-        {output: frame for output, frame in frames.items() if frame is not None},
-        recording.channels.get("instrument"),
+        _frames(config, outputs), recording.channels.get("instrument"),
     )  # fmt: skip
 
 
@@ -145,13 +144,17 @@ def free_trial(config: RunConfig, recording: Recording) -> DrivenTrial:
     window = find_window(recording)
     inside = (recording.time >= window.start_s) & (recording.time <= window.end_s)
     outputs = {output: recording.channels[output][inside] for output in OUTPUTS if output in recording.channels}
-    channels = config.recordings.channels
-    frames = {output: getattr(channels, output).frame for output in outputs}
     time = recording.time[inside]
     return DrivenTrial(
         recording.name, time, np.zeros(time.size), outputs, name, said.hold, recording.conditions,  # type: ignore[arg-type]
-        {output: frame for output, frame in frames.items() if frame is not None}, free=True,
+        _frames(config, outputs), free=True,
     )  # fmt: skip
+
+
+def _frames(config: RunConfig, outputs: Iterable[str]) -> dict[str, Any]:
+    """What the outputs are recorded against, where the config says it."""
+    frames = {output: getattr(config.recordings.channels, output).frame for output in outputs}
+    return {output: frame for output, frame in frames.items() if frame is not None}
 
 
 def must_drive(trial: str, name: str, u: Array) -> None:

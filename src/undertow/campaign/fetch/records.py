@@ -6,7 +6,6 @@ starts again from the first byte. Belongs here: which files, their names, their 
 
 from __future__ import annotations
 
-import hashlib
 import http.client
 import json
 import logging
@@ -197,19 +196,19 @@ def _fetch_one(file: RecordFile, into: Path, progress: Progress, wait: Callable[
     if file.size >= 0 and size != file.size:
         target.unlink()
         raise UndertowError(f"{file.name} has {size} bytes, its record says {file.size}; it was dropped: try again")
-    digest = _sha256(target)
+    digest = pooch.file_hash(str(target))
     said = f"({file.checksum.partition(':')[0]} agrees)" if file.checksum else "(no published checksum)"
     return Fetched(target, size, digest, said)
 
 
 def _kept(file: RecordFile, target: Path) -> Fetched:
     """A file that is there already, if it is the one; UndertowError where it is not, or nothing says that it is."""
-    digest = _sha256(target)
+    digest = pooch.file_hash(str(target))
     beside = _beside(target)
     noted = beside.read_text(encoding="utf-8").split(" ")[0] if beside.is_file() else ""
     if file.checksum:
         algorithm, _, wanted = file.checksum.lower().partition(":")
-        right = _hash(target, algorithm) == wanted
+        right = pooch.file_hash(str(target), algorithm) == wanted
     else:
         right = noted == digest
     if not right:
@@ -244,12 +243,3 @@ def _store(target: Path, digest: str) -> None:
     partial = beside.with_name(f".{beside.name}.{os.getpid()}.part")
     partial.write_text(f"{digest}  {target.name}\n", encoding="utf-8")
     os.replace(partial, beside)
-
-
-def _sha256(path: Path) -> str:
-    return _hash(path, "sha256")
-
-
-def _hash(path: Path, algorithm: str) -> str:
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, algorithm).hexdigest()

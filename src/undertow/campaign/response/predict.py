@@ -132,8 +132,7 @@ def _swept(equation: DrivenEquation, one: Sweeps, absolute: bool) -> tuple[Array
             toward = np.array([cosine[i], sine[i]]) / max(math.hypot(cosine[i], sine[i]), 1e-300)
             variance[i] = toward @ slopes @ equation.covariance @ slopes.T @ toward
     amplitude = np.hypot(cosine, sine)
-    size = float(np.sqrt(np.mean(measured.amplitude**2) / 2.0))
-    wider = max(1.0, size / equation.motion) if equation.motion > 0.0 else 1.0
+    wider = max(1.0, one.size / equation.motion) if equation.motion > 0.0 else 1.0
     white = min(equation.noise, equation.error) ** 2
     stderr = np.sqrt(variance + white + (equation.error**2 - white) * wider**2)
     return amplitude, np.arctan2(-sine, cosine), stderr

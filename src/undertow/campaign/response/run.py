@@ -59,7 +59,10 @@ def run_response(
     found: list[ResponseFound] = []
     for done, group in enumerate(groups):
         progress("identification", done, len(groups))
-        found.append(_found(config, group))
+        terms, held = known(config, group.key)
+        unseen = None if config.trials.hold_out == "auto" else group.unseen
+        suspects = config.discrepancy.named
+        found.append(discover_response(group.measured, group.along, terms, held, suspects, unseen, config.seed))
     progress("identification", len(groups), len(groups))
     pairs = list(zip(groups, found, strict=True))
     titles = [f"{config.name}, {group_title(group.key)}" if group.key else config.name for group in groups]
@@ -84,21 +87,9 @@ def known(config: RunConfig, conditions: Mapping[str, Condition]) -> tuple[tuple
     return terms, held
 
 
-def _found(config: RunConfig, group: Sweeps) -> ResponseFound:
-    """One group's equation, and what it lacks."""
-    terms, held = known(config, group.key)
-    held_out = None if config.trials.hold_out == "auto" else group.unseen
-    return discover_response(group.measured, group.along, terms, held, config.discrepancy.named, held_out, config.seed)
-
-
-def _size(group: Sweeps) -> float:
-    """RMS of the measured cosines and sines, unit of the amplitude."""
-    return float(np.sqrt(np.mean(group.measured.amplitude**2) / 2.0))
-
-
 def sentence_of(title: str, group: Sweeps, found: ResponseFound) -> str:
     """What was found, in words."""
-    size, best = _size(group), found.best
+    size, best = group.size, found.best
     before, after = (percent(rms / size) for rms in found.validation)
     n = int(np.sum(found.unseen))
     first = f"{title}: the given equation misses {before} of the motion at {n} points it never saw"
@@ -177,7 +168,7 @@ def _version(config: RunConfig, group: Sweeps, fit: HarmonicFit, unseen: float) 
         "terms": [term.name for term in fit.terms], "mass_kg": fit.numbers["mass_kg"].value, "rows": rows,
         "names": list(fit.free), "values": [fit.values[name] for name in fit.free],
         "covariance": fit.covariance.tolist(), "fixed": dict(fit.held),
-        "free_run_error": unseen if np.isfinite(unseen) else fit.rms, "motion_rms": _size(group),
+        "free_run_error": unseen if np.isfinite(unseen) else fit.rms, "motion_rms": group.size,
         "outcome": fit.outcome,
         "input": config.recordings.driven_by,
         "frames": {"displacement": frame} if frame else {}, "noise": fit.rms, "noises": {"displacement": fit.rms},
@@ -187,7 +178,7 @@ def _version(config: RunConfig, group: Sweeps, fit: HarmonicFit, unseen: float) 
 
 def _verdict(group: Sweeps, found: ResponseFound, sentence: str) -> Mapping[str, Any]:
     """One group of verdict.json."""
-    size = _size(group)
+    size = group.size
     status, because, named = "nothing_missing", "", found.added
     if found.unchecked:
         status, because = "cannot_tell", found.unchecked
@@ -219,7 +210,7 @@ def _tables(folder: Path, pairs: Sequence[tuple[Sweeps, ResponseFound]]) -> None
         versions = {"baseline": found.baseline} | ({"augmented": found.augmented} if found.augmented else {})
         for version, fit in versions.items():
             said = {**group.key, "method": f"harmonic_set_{version}", **numbers_row(fit.numbers)}
-            levels.append({**said, "nrmse": fit.rms / _size(group), "outcome": fit.outcome})
+            levels.append({**said, "nrmse": fit.rms / group.size, "outcome": fit.outcome})
             trials += [
                 {"file": table.name, **said, "nrmse": missed, "outcome": fit.outcome}
                 for table, missed in zip(group.tables, _missed(group, fit), strict=True)

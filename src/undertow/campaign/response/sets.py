@@ -41,6 +41,11 @@ class Sweeps:
     held_out: tuple[str, ...] = ()
 
     @property
+    def size(self) -> float:
+        """RMS of the measured cosines and sines, unit of the amplitude."""
+        return float(np.sqrt(np.mean(self.measured.amplitude**2) / 2.0))
+
+    @property
     def rising(self) -> np.ndarray:
         """Whether the frequency was going up at each point, (n,)."""
         return np.concatenate([table.rising for table in self.tables])

@@ -6,7 +6,7 @@ Belongs here: the order of work inside a group. Does not belong here: reading, c
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -34,13 +34,7 @@ from undertow.likelihood.free_run import (
 from undertow.likelihood.problem import TrialOptions
 from undertow.likelihood.scale import Anchor, to_physical
 from undertow.methods import decay, method1, method2
-from undertow.methods.baseline import (
-    GroupFit,
-    GroupModel,
-    as_fit,
-    fit_group,
-    group_model,
-)
+from undertow.methods.baseline import GroupFit, GroupModel, as_fit, fit_group, group_model
 from undertow.methods.dry import DEFAULT_SCATTER
 from undertow.methods.sindy import SindyResult, discover
 from undertow.quantities import OK, Estimate
@@ -88,14 +82,6 @@ class GroupTask:
         return tuple(m for m in self.motions if m.name not in self.apart) if self.apart else self.motions
 
 
-def rest_width(task: GroupTask) -> float:
-    """Half width mu N / k within which a body comes to rest, m; nan where one of them is unknown."""
-    if task.structure is None:
-        return math.nan
-    width = task.structure.mu.value * task.specimen.normal_force_N / task.structure.k.value
-    return width if math.isfinite(width) else math.nan
-
-
 def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -> GroupFindings:
     """All methods on one group, its baseline equation, free runs, mismatches and verdict."""
     training = [m for m in task.joint if m.name not in task.held_out]
@@ -120,7 +106,7 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
     return GroupFindings(
         task.key, task.dry, trials, task.specimen, task.structure, fits, equation, baseline.equation_errors(),
         unsearched_verdict(task.key, task.held_out, trials, baseline.estimates),
-        (*task.anchor.doubts, *_weighed(task), *_assumed(task), *_apart(task), *alone, *_drifts(task, trials)),
+        (*_rests_on(task), *alone, *(one.sentence for one in amplitude_drifts(trials, group_title(task.key)))),
         (*too, *differ),
     )  # fmt: skip
 
@@ -134,39 +120,24 @@ def _with_shares(
     return tuple(found.get(t.motion.name, t) for t in trials)
 
 
-def _apart(task: GroupTask) -> tuple[str, ...]:
-    """What was not done with every trial, in words."""
-    if not task.apart:
-        return ()
-    return (
-        f"of {count(len(task.motions), 'trial')} {len(task.joint)}, spread over all amplitudes, are fitted together "
-        f"and searched; the other {len(task.apart)} are fitted alone and held against that equation",
-    )
-
-
-def _drifts(task: GroupTask, trials: Sequence[TrialFindings]) -> tuple[str, ...]:
-    """Parameters of single trials that go with amplitude, in words."""
-    return tuple(drift.sentence for drift in amplitude_drifts(trials, group_title(task.key)))
+def _rests_on(task: GroupTask) -> Iterator[str]:
+    """What a group's numbers rest on, in words: its anchor, what was assumed, what was not done with every trial."""
+    yield from task.anchor.doubts
+    if task.anchor.kind == "load cells":
+        yield f"kilograms and newtons rest on the {task.anchor.sentence}"
+    if task.structure is None and not task.scatter:
+        parts = ", ".join(f"{100 * v:g} % in {k}" for k, v in DEFAULT_SCATTER.items())
+        yield f"neither dry trials nor specimen.scatter say how trials scatter; assumed for repeatability: {parts}"
+    if task.apart:
+        yield (
+            f"of {count(len(task.motions), 'trial')} {len(task.joint)}, spread over all amplitudes, are fitted "
+            f"together and searched; the other {len(task.apart)} are fitted alone and held against that equation"
+        )
 
 
 def _of_any_trial(task: GroupTask) -> Mapping[str, float]:
     """How much another trial would differ from the only one, where that is known and the fit does not hold it."""
     return task.scatter if len(task.joint) == 1 and task.structure is None else {}
-
-
-def _weighed(task: GroupTask) -> tuple[str, ...]:
-    """That load cells alone give kilograms, in words."""
-    if task.anchor.kind != "load cells":
-        return ()
-    return (f"kilograms and newtons rest on the {task.anchor.sentence}",)
-
-
-def _assumed(task: GroupTask) -> tuple[str, ...]:
-    """What had to be assumed, in words."""
-    if task.structure is not None or task.scatter:
-        return ()
-    parts = ", ".join(f"{100 * v:g} % in {k}" for k, v in DEFAULT_SCATTER.items())
-    return (f"neither dry trials nor specimen.scatter say how trials scatter; assumed for repeatability: {parts}",)
 
 
 def _baseline_model(task: GroupTask, model: GroupModel) -> GroupModel:
@@ -188,15 +159,19 @@ def _baseline(task: GroupTask, model: GroupModel, training: Sequence[Motion]) ->
     fits = [plain, fit_group(model, training, task.options, "trials")]
 
     def error(fit: GroupFit) -> float:
-        scores = [_score(m, model.theta(fit.values, m.name), _rest_prior(task, m)) for m in training]
+        scores = [_score(m, model.theta(fit.values, m.name), rest_prior(task, m)) for m in training]
         return float(np.mean(np.square([s if math.isfinite(s) else 1e3 for s in scores])))
 
     return min(fits, key=error)
 
 
-def _rest_prior(task: GroupTask, motion: Motion) -> float:
-    """Prior width of a trial's rest position: mu N / k where known, never under its own error, m."""
-    width, error = rest_width(task), motion.equilibrium.total_stderr
+def rest_prior(task: GroupTask, motion: Motion) -> float:
+    """Prior width of a trial's rest position: mu N / k, within which friction lets a body rest, where known; never
+    under its own error, m."""
+    error, structure = motion.equilibrium.total_stderr, task.structure
+    if structure is None:
+        return error
+    width = structure.mu.value * task.specimen.normal_force_N / structure.k.value
     return max(width, error) if math.isfinite(width) else error
 
 
@@ -344,11 +319,9 @@ def _trial(
     progress: Callable[[str], None],
 ) -> TrialFindings:
     """One trial's free runs: the baseline's with its floors, and each method's own score."""
-    width = _rest_prior(task, motion)
+    width = rest_prior(task, motion)
     run = free_run(motion, baseline.model.theta(baseline.values, motion.name), width)
-    floor = sensor_floor(motion, run)
-    freedom = task.structure.scatter_freedom if task.structure is not None else task.freedom
-    limit = repeatability(run, spread_of_repetitions(task, run), floor, scored_channel(motion), task.seed, freedom)
+    floor, limit = floors_of(task, motion, run)
     scores = {"baseline": run.nrmse}
     for name, fit in fits.items():
         if fit.parameters:
@@ -366,6 +339,14 @@ def _score(motion: Motion, theta: np.ndarray, width: float) -> float:
         return free_run(motion, theta, width).nrmse
     except FAILURES:
         return math.nan
+
+
+def floors_of(task: GroupTask, motion: Motion, run: FreeRun) -> tuple[float, float]:
+    """What the sensors alone and repetitions of a trial would leave of its free run (nrmse)."""
+    floor = sensor_floor(motion, run)
+    freedom = task.structure.scatter_freedom if task.structure is not None else task.freedom
+    spread = spread_of_repetitions(task, run)
+    return floor, repeatability(run, spread, floor, scored_channel(motion), task.seed, freedom)
 
 
 def spread_of_repetitions(task: GroupTask, run: FreeRun) -> dict[str, float]:

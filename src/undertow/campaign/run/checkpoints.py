@@ -12,10 +12,12 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from undertow import __version__
 from undertow.campaign.run.analysis import GroupTask
@@ -23,7 +25,6 @@ from undertow.campaign.run.manifest import package_versions, source_digest
 from undertow.campaign.run.part_files import FORMAT, read_part, write_part
 from undertow.comparison.detectable import Detectable
 from undertow.comparison.level import Addend
-from undertow.comparison.suspect import Addition
 from undertow.comparison.tail import Histogram
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import AugmentedRun, GroupFindings, TrialFindings
@@ -93,19 +94,9 @@ def load_verdicts(tasks: Sequence[GroupTask], labels: Sequence[str], path: Path)
         runs = {name: AugmentedRun(run[0], np.array(run[1]), run[2]) for name, run in data["runs"].items()}
         values = {name: (float(value), float(error)) for name, (value, error) in data["values"].items()}
         evidence = {name: float(score) for name, score in data["evidence"].items()}
-        return Judged(verdicts, tuple(labels), tuple(_addend(one) for one in data["addends"]), values, runs, evidence)
+        return Judged(verdicts, tuple(labels), _made(tuple[Addend, ...], data["addends"]), values, runs, evidence)
     except (LookupError, TypeError, ValueError, AttributeError):
         return None
-
-
-def _addend(data: Mapping[str, Any]) -> Addend:
-    return Addend(**(dict(data) | {"additions": tuple(_addition(one) for one in data["additions"])}))
-
-
-def _addition(data: Mapping[str, Any]) -> Addition:
-    also, moves = (tuple(data[name]) if data[name] is not None else None for name in ("also", "moves"))
-    by_spring = tuple((str(label), value, error) for label, value, error in data["by_spring"])
-    return Addition(**(dict(data) | {"also": also, "moves": moves, "by_spring": by_spring}))
 
 
 def save(findings: GroupFindings, path: Path) -> None:
@@ -150,7 +141,7 @@ def load(task: GroupTask, path: Path) -> GroupFindings | None:
             tuple(registry.find(name, **inner) for name, inner in terms), tuple(coefficients), mass, rest
         )
         return GroupFindings(
-            task.key, task.dry, trials, task.specimen, task.structure, _fits(data["fits"]), equation,
+            task.key, task.dry, trials, task.specimen, task.structure, _made(dict[str, Fit], data["fits"]), equation,
             data["equation_errors"], _verdict(data["verdict"], task), tuple(data["notes"]),
             tuple(Grown(**one) for one in data["grown"]),
         )  # fmt: skip
@@ -161,16 +152,22 @@ def load(task: GroupTask, path: Path) -> GroupFindings | None:
 def _trial(data: Mapping[str, Any], motion: Any) -> TrialFindings:
     t, measured, simulated = (np.array(data[name], dtype=np.float64) for name in ("t", "measured", "simulated"))
     return TrialFindings(
-        motion, _fits(data["fits"]), data["nrmse"], Mismatch(**data["mismatch"]), t, measured, simulated,
-        data["held_out"], as_measured=data["as_measured"],
+        motion, _made(dict[str, Fit], data["fits"]), data["nrmse"], Mismatch(**data["mismatch"]), t, measured,
+        simulated, data["held_out"], as_measured=data["as_measured"],
     )  # fmt: skip
 
 
+@cache
+def _reader(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def _made(kind: Any, data: Any) -> Any:
+    """Plain values as what they were; ValueError where they are none of it."""
+    return _reader(kind).validate_python(data)
+
+
 _ESTIMATE = {f.name for f in dataclasses.fields(Estimate)}
-
-
-def _estimates(data: Mapping[str, Any]) -> dict[str, Estimate]:
-    return {name: Estimate(**value) for name, value in data.items()}
 
 
 def _revived(value: Any) -> Any:
@@ -180,43 +177,15 @@ def _revived(value: Any) -> Any:
     return [_revived(v) for v in value] if isinstance(value, list) else value
 
 
-def _fits(data: Mapping[str, Any]) -> dict[str, Fit]:
-    return {
-        name: Fit(
-            f["method"], tuple(f["trials"]), _estimates(f["per_mass"]), _estimates(f["parameters"]), f["outcome"],
-            tuple(f["notes"]), f["anchor"],
-        )
-        for name, f in data.items()
-    }  # fmt: skip
+_KINDS: Mapping[str, Any] = {
+    "trials": tuple[str, ...], "held_out": tuple[str, ...], "verdict": tuple[str, ...],
+    "alternatives": tuple[tuple[str, ...], ...], "baseline": Described, "augmented": Described | None,
+    "rejected": tuple[Rejected, ...], "physical_check": PhysicalCheck, "detectable": tuple[Detectable, ...],
+    "not_testable": tuple[str, ...], "null": Histogram | None, "decision": tuple[Gate, ...],
+}  # fmt: skip
+"""What of a verdict is no number and no text."""
 
 
 def _verdict(data: Mapping[str, Any], task: GroupTask) -> Verdict:
-    def described(value: Mapping[str, Any] | None) -> Described | None:
-        if value is None:
-            return None
-        return Described(
-            value["nrmse"], value["held_out_nrmse"], _estimates(value["parameters"]), value["correlations"]
-        )
-
-    def histogram(value: Mapping[str, Any] | None) -> Histogram | None:
-        return None if value is None else Histogram(**(dict(value) | {"counts": tuple(value["counts"])}))
-
-    kept = dict(data)
-    kept |= {
-        "group": task.key,
-        "trials": tuple(data["trials"]),
-        "held_out": tuple(data["held_out"]),
-        "verdict": tuple(data["verdict"]),
-        "alternatives": tuple(tuple(a) for a in data["alternatives"]),
-        "parameters": _revived(data["parameters"]),
-        "baseline": described(data["baseline"]) or Described(),
-        "augmented": described(data["augmented"]),
-        "rejected": tuple(Rejected(**r) for r in data["rejected"]),
-        "physical_check": PhysicalCheck(**data["physical_check"]),
-        "transfer": dict(data["transfer"]),
-        "detectable": tuple(Detectable(**one) for one in data["detectable"]),
-        "not_testable": tuple(data["not_testable"]),
-        "null": histogram(data["null"]),
-        "decision": tuple(Gate(**(g | {"bars": tuple(g["bars"])})) for g in data["decision"]),
-    }
-    return Verdict(**kept)
+    made = {name: _made(kind, data[name]) for name, kind in _KINDS.items()}
+    return Verdict(**(dict(data) | made | {"group": task.key, "parameters": _revived(data["parameters"])}))

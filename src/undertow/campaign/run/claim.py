@@ -1,7 +1,7 @@
-"""One run at a time in one folder: a lock that ends with its process, whatever ends it.
+"""Whether a run may take a folder: one run at a time, and none where files would be replaced that no run has written.
 
-Belongs here: the lock, and what a process that was killed left half written. Does not belong here: the folder's files
-(folder.py).
+Belongs here: the lock, which ends with its process, what a process that was killed left half written, the refusal.
+Does not belong here: the folder's files (folder.py).
 """
 
 from __future__ import annotations
@@ -10,14 +10,19 @@ import os
 import platform
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from undertow.errors import UndertowError
+from undertow.campaign.config import load
+from undertow.campaign.config.source import read_source
+from undertow.errors import ConfigError, UndertowError
 
 LOCK = ".lock"
 """The file that is locked while a run is at work; it is gone afterwards, and of no consequence where it is left."""
+
+CONFIG = "config.yaml"
+"""The config as a run keeps it."""
 
 STAGES = "stages"
 """The folder of a run's finished parts."""
@@ -81,3 +86,31 @@ else:
         import fcntl
 
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def refuse_foreign_files(folder: Path, config_path: Path, names: Sequence[str], marks: Sequence[str]) -> None:
+    """Nothing where ``folder`` is a run's own, which one of the ``marks`` in it says, or holds none of the ``names``
+    that a run writes.
+
+    Raises UndertowError with the files that would be replaced: a list of trials is often called trials.csv, and stands
+    where somebody wants the results.
+    """
+    if any((folder / mark).exists() for mark in marks):
+        return
+    there = [name for name in names if (folder / name).exists()]
+    kept = folder / CONFIG
+    if kept.exists() and not kept.samefile(config_path) and not _of_a_run(kept):
+        there.append(CONFIG)
+    if there:
+        raise UndertowError(
+            f"run folder {folder} holds {', '.join(there)}, which no run has written and this one would replace; "
+            "choose another folder with --out"
+        )
+
+
+def _of_a_run(config: Path) -> bool:
+    """Whether a config is in the resolved form in which a run keeps it."""
+    try:
+        return bool(load(config).resolved() == read_source(config).data)
+    except ConfigError:
+        return False

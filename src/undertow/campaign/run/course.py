@@ -9,6 +9,8 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
+from operator import attrgetter
 from pathlib import Path
 
 from undertow.campaign.config import GroupKey, RunConfig
@@ -166,8 +168,8 @@ class Course:
                 self._repeat(groups, read.contradicted)
         with self._stage(IDENTIFY):
             tasks, refused = self._tasks(groups, self._structures, read.contradicted)
-            analyst = _Analyst(self._folder, self._resume)
-            results = on_processes(analyst, tasks, self._jobs, IDENTIFY, self._progress, _task_name)
+            analysed = partial(_analysed, self._folder, self._resume)
+            results = on_processes(analysed, tasks, self._jobs, IDENTIFY, self._progress, _task_name)
         self._tried += len(groups)
         pairs = [(t, r) for t, r in zip(tasks, results, strict=True) if isinstance(r, GroupFindings)]
         failed = (*read.failed, *refused, *(f for r in results if not isinstance(r, GroupFindings) for f in r))
@@ -244,10 +246,6 @@ class Course:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
 
 
-def _entry_name(entry: Entry) -> str:
-    return entry.name
-
-
 def _task_name(task: GroupTask) -> str:
     return f"{group_title(task.key)} ({count(len(task.motions), 'trial')})"
 
@@ -275,32 +273,23 @@ def _divided(portion: Portion, found: Sequence[GroupFindings]) -> tuple[str, ...
     )
 
 
-@dataclass(frozen=True)
-class _Analyst:
-    """Analyses one group, or takes it from a finished stage; picklable for worker processes.
+def _analysed(folder: Path | None, resume: bool, task: GroupTask) -> GroupFindings | tuple[FailedTrial, ...]:
+    """One group analysed, or taken from a finished stage.
 
     A group that cannot be identified gives its trials as failed: it must not stop the others.
     """
-
-    folder: Path | None
-    resume: bool
-
-    def __call__(self, task: GroupTask) -> GroupFindings | tuple[FailedTrial, ...]:
-        try:
-            return self._found(task)
-        except FAILURES as reason:
-            return _failed(task.motions, task.contradiction or failure(reason))
-
-    def _found(self, task: GroupTask) -> GroupFindings:
-        if self.folder is None:
+    try:
+        if folder is None:
             return analyse(task)
-        path = self.folder / f"{checkpoints.digest(task)}.json"
-        kept = checkpoints.load(task, path) if self.resume else None
+        path = folder / f"{checkpoints.digest(task)}.json"
+        kept = checkpoints.load(task, path) if resume else None
         if kept is not None:
             return kept
         findings = analyse(task)
         checkpoints.save(findings, path)
         return findings
+    except FAILURES as reason:
+        return _failed(task.motions, task.contradiction or failure(reason))
 
 
 def _failed(motions: Sequence[Motion], reason: str) -> tuple[FailedTrial, ...]:
@@ -324,7 +313,7 @@ def _checked(
     config: RunConfig, catalogue: Catalogue, entries: Sequence[Entry], jobs: int, progress: Progress
 ) -> list[Checked]:
     """Every trial read, checked and conditioned, each recording once."""
-    return each_once(on_processes(Checker(config, catalogue), entries, jobs, READ, progress, _entry_name))
+    return each_once(on_processes(Checker(config, catalogue), entries, jobs, READ, progress, attrgetter("name")))
 
 
 def _notes(motions: Sequence[Motion]) -> tuple[str, ...]:

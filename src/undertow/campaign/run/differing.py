@@ -22,14 +22,7 @@ from undertow.likelihood.fit import Fit
 from undertow.methods.baseline import GroupFit
 from undertow.quantities import Estimate
 from undertow.recording.recording import Condition
-from undertow.uncertainty.disagreement import (
-    ALIKE,
-    FEWEST,
-    differing,
-    grown,
-    scatter_to_agree,
-    with_scatter,
-)
+from undertow.uncertainty.disagreement import ALIKE, FEWEST, differing, grown, scatter_to_agree, with_scatter
 from undertow.uncertainty.growth import LEVELS, SPRINGS, Grown
 
 JOINT = ("output_error", "sindy")

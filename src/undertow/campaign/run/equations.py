@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from undertow.campaign.config import RunConfig
+from undertow.comparison.deviations import SLOTS
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.repaired import repaired_equation, repaired_errors
 from undertow.equation.equation import Equation
@@ -26,9 +27,6 @@ from undertow.report.verdict_file import CONTRACT, plain
 
 FEWEST_TRIALS = 4
 """Trials of a group from which on their free runs say how much differs from trial to trial."""
-RUBBING = {"k": "k1", "c": "c1", "mu": "fc"}
-"""Slots of what differs from trial to trial."""
-
 
 def equations_entry(group: GroupFindings, stated: Mapping[str, float] | None = None) -> dict[str, Any]:
     """One group's equations: the prescribed one, and the repaired one where what was found is a law of motion.
@@ -66,7 +64,7 @@ def _own_scatter(group: GroupFindings) -> dict[str, float]:
     """`DEFAULT_SCATTER`, smaller by one factor where free runs with nothing adjusted miss less than it says."""
     if not group.equation.compiled or len(group.trials) < FEWEST_TRIALS:
         return dict(DEFAULT_SCATTER)
-    slots = np.array([SLOT[RUBBING[name]] for name in DEFAULT_SCATTER], dtype=np.int64)
+    slots = np.array([SLOT[SLOTS[name]] for name in DEFAULT_SCATTER], dtype=np.int64)
     missed, said = 0.0, 0.0
     for one in group.trials:
         if not math.isfinite(one.as_measured):

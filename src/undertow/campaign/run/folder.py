@@ -24,10 +24,9 @@ from undertow.campaign.config.matching import planned
 from undertow.campaign.driven.run import DrivenFinished, run_driven
 from undertow.campaign.driven.trials import is_driven
 from undertow.campaign.response.run import run_response
-from undertow.campaign.run.claim import NEW, STAGES, claimed
+from undertow.campaign.run.claim import NEW, STAGES, claimed, refuse_foreign_files
 from undertow.campaign.run.course import Course
 from undertow.campaign.run.equations import equations_entry, equations_file
-from undertow.campaign.run.foreign_files import refuse_foreign_files
 from undertow.campaign.run.gathered import Gathered, PortionFindings
 from undertow.campaign.run.manifest import manifest_pieces, provenance
 from undertow.campaign.run.portions import group_order

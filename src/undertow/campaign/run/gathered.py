@@ -68,7 +68,6 @@ class Gathered:
         self._doubts_more = 0
         self._named: Counter[str] = Counter()
         self._sensed: Counter[str] = Counter()
-        self._statuses: Counter[str] = Counter()
         self._titles: set[str] = set()
         self.contradicted: list[str] = []
         self.extent = Extent()
@@ -86,7 +85,6 @@ class Gathered:
         self.extent = self.extent.with_groups(part.groups)
         for group, fitted in zip(part.groups, part.as_fitted or part.groups, strict=True):
             (self._sensed if group.verdict.origin == "instrument" else self._named).update(_names(group))
-            self._statuses[group.verdict.status] += 1
             self._titles.add(group_title(group.key))
             if len(self._compared) <= COMPARED_AT_MOST:
                 self._compared.append(replace(fitted, trials=()))
@@ -101,7 +99,8 @@ class Gathered:
         groups = sorted(self._groups, key=lambda g: group_order(g.key.items(), g.dry))
         return Findings(
             config.name, tuple(groups), tuple(self._failed), tuple(config.identify), config.equation.coordinate,
-            dict(seconds), across(self._named, self._statuses, self._sensed) + self._springs_apart() + self._left_out(),
+            dict(seconds),
+            across(self._named, self.extent.statuses, self._sensed) + self._springs_apart() + self._left_out(),
             (*self._notes, *self._further_notes()),
             (*self._doubts, *([f"{count(self._doubts_more, 'more doubt')}"] if self._doubts_more else ())),
         )  # fmt: skip

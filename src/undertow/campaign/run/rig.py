@@ -16,24 +16,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from undertow.campaign.config import GroupKey, RunConfig
-from undertow.campaign.run.analysis import GroupTask, rest_width, spread_of_repetitions
+from undertow.campaign.run.analysis import GroupTask, floors_of, rest_prior
 from undertow.comparison.level import Addend
 from undertow.comparison.suspect import Addition
 from undertow.discrepancy.judge import Judged
 from undertow.equation.algebra import RUBBING, SLOT
 from undertow.errors import FAILURES
 from undertow.likelihood.fit import Specimen, Structure
-from undertow.likelihood.free_run import free_run, repeatability, scored_channel, sensor_floor
+from undertow.likelihood.free_run import free_run
 from undertow.likelihood.problem import TrialOptions
 from undertow.methods.baseline import GroupModel, fit_group, group_model
-from undertow.methods.dry import (
-    DEFAULT_SCATTER,
-    Scatter,
-    dry_fits,
-    pooled_scatter,
-    structural_terms,
-    structure_from,
-)
+from undertow.methods.dry import DEFAULT_SCATTER, Scatter, dry_fits, pooled_scatter, structural_terms, structure_from
 
 MOST_SCATTER = 1.5
 """Scatter of k, c, mu from trial to trial that is still believed, over that of published rigs."""
@@ -200,22 +193,15 @@ def _rig(task: GroupTask, structure: Structure, slots: Slots, moved: Mapping[str
         base[SLOT[new]], base[SLOT[old]] = base[SLOT[new]] + base[SLOT[old]], 0.0
     for slot, value in slots.items():
         base[SLOT[slot]] += value
-    return WetRig(model, task.options, _repetitions(task, replace(model, base=base), structure))
+    return WetRig(model, task.options, _repetitions(task, replace(model, base=base)))
 
 
-def _repetitions(task: GroupTask, model: GroupModel, structure: Structure) -> float:
-    """Median over a group's trials of how far repetitions differ with this structure's scatter (nrmse)."""
+def _repetitions(task: GroupTask, model: GroupModel) -> float:
+    """Median over a group's trials of how far repetitions differ with its structure's scatter (nrmse)."""
     training = [m for m in task.motions if m.name not in task.held_out]
     fit = fit_group(model, training, task.options, "trials" if len(training) > 1 else "none")
-    width = rest_width(task)
-    limits = []
-    for motion in task.motions:
-        rest = max(width, motion.equilibrium.total_stderr) if np.isfinite(width) else motion.equilibrium.total_stderr
-        run = free_run(motion, model.theta(fit.values, motion.name), rest)
-        spread = spread_of_repetitions(task, run)
-        floor = sensor_floor(motion, run)
-        limits.append(repeatability(run, spread, floor, scored_channel(motion), task.seed, structure.scatter_freedom))
-    return float(np.median(limits))
+    runs = [(m, free_run(m, model.theta(fit.values, m.name), rest_prior(task, m))) for m in task.motions]
+    return float(np.median([floors_of(task, motion, run)[1] for motion, run in runs]))
 
 
 def believable_repeatability(task: GroupTask) -> float:
@@ -234,4 +220,4 @@ def believable_repeatability(task: GroupTask) -> float:
     structure = replace(structure, scatter=scatter, scatter_freedom=np.inf)
     task = replace(task, structure=structure, dry_structure=structure)
     model = group_model(task.terms, task.motions, task.specimen, structure, dry=task.dry, anchored=task.anchor.known)
-    return _repetitions(task, model, structure)
+    return _repetitions(task, model)

@@ -225,8 +225,8 @@ def group_task(
             "to be fitted; hold out fewer"
         )
     return GroupTask(
-        dict(key), dry, tuple(motions), _group_terms(terms, dry), specimen, None if dry else structure, anchor,
-        stiffness, scatter, freedom, structure,
+        dict(key), dry, tuple(motions), structural_terms(terms) if dry else tuple(terms), specimen,
+        None if dry else structure, anchor, stiffness, scatter, freedom, structure,
         held, tuple(config.identify), _options(structure, specimen), config.seed,
         tuple(m.name for m in motions if m.name not in names),
         dry_trials=max((len(dry.fits) for dry in structures.values()), default=0),
@@ -284,10 +284,6 @@ def _evenly(places: Sequence[int], most: int) -> Sequence[int]:
     if len(places) <= most:
         return places
     return [places[i] for i in np.linspace(0, len(places) - 1, most).round().astype(int)]
-
-
-def _group_terms(terms: Sequence[Term], dry: bool) -> tuple[Term, ...]:
-    return structural_terms(terms) if dry else tuple(terms)
 
 
 def _any(structures: Structures) -> Structure | None:

@@ -5,23 +5,13 @@ Belongs here: YAML. Does not belong here: looking at files (survey.py, names.py)
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from glob import escape
 from pathlib import Path
 
-from undertow.campaign.proposing import (
-    DRIVEN_IDENTIFY,
-    TERMS,
-    channel_lines,
-    driven_terms,
-    layout_keys,
-    layout_lines,
-    parts_lines,
-    plain,
-    spec_text,
-    time_text,
-)
+from undertow.campaign import proposing
 from undertow.campaign.starting.names import Named
 from undertow.campaign.starting.survey import Alike, Reading, Survey
 from undertow.equation.hydrodynamics import AddedMass, QuadraticDrag
@@ -68,12 +58,12 @@ class Draft:
     def text(self, wrong: str = "") -> str:
         """The config as YAML with comments; ``wrong`` is why no trial can be used as it is."""
         base = self.survey.groups[0].reading
-        driven = driven_terms(dict(base.channels))
-        terms = driven or TERMS + (WATER_TERMS if self.named.wet else ())
+        driven = proposing.driven_terms(dict(base.channels))
+        terms = driven or proposing.TERMS + (WATER_TERMS if self.named.wet else ())
         lines = [
             *_comment(f"Proposed by `undertow init` from the files. {_state(wrong)} Guesses stand beside their keys."),
             *(line for note in self.notes for line in _comment(note)),
-            f"name: {plain(self.name)}",
+            f"name: {proposing.plain(self.name)}",
             "recordings:",
             *_indented(self._recordings(base), 2),
             "trials:",
@@ -83,34 +73,34 @@ class Draft:
             "  # undertow terms lists all; added_mass and quadratic_drag are what still water does",
             f"  terms: [{', '.join(terms)}]",
             f"  coordinate: {base.coordinate}",
-            *([DRIVEN_IDENTIFY] if driven else []),
+            *([proposing.DRIVEN_IDENTIFY] if driven else []),
         ]  # fmt: skip
         return "\n".join(lines) + "\n"
 
     def _recordings(self, base: Reading) -> list[str]:
-        globs = ["files:", *(f"  - {plain(one)}" for one in _globs(self.survey.files))]
+        globs = ["files:", *(f"  - {proposing.plain(one)}" for one in _globs(self.survey.files))]
         lines = globs if self.survey.index is None else self.survey.index.lines
         if self.named.pattern:
             said = ", ".join(f"{name} ({meaning})" for name, meaning in self.named.meanings.items())
             lines += _comment(f"parts of the file names are conditions: {said}")
-            lines.append(f"pattern: {plain(self.named.pattern)}")
+            lines.append(f"pattern: {proposing.plain(self.named.pattern)}")
         left_out = {**self._unread(), **self.left_out}
         if left_out:
             lines.append("exclude:")
             for name, why in sorted(left_out.items()):
-                lines += [*_indented(_comment(why), 2), f"  - {plain(escape(name))}"]
-        lines += parts_lines({escape(name): parts for name, parts in self.parts.items()})
-        lines += layout_lines(base.layout)
+                lines += [*_indented(_comment(why), 2), f"  - {proposing.plain(escape(name))}"]
+        lines += proposing.parts_lines({escape(name): parts for name, parts in self.parts.items()})
+        lines += proposing.layout_lines(base.layout)
         for remark in self.survey.remarks:
             lines += _comment(f"guessed: {remark}")
-        lines += ["channels:", f"  time: {time_text(base.time)}"]
-        lines += [f"  {line}" for line in channel_lines(dict(base.channels))]
+        lines += ["channels:", f"  time: {proposing.time_text(base.time)}"]
+        lines += [f"  {line}" for line in proposing.channel_lines(dict(base.channels))]
         others = [group for group in self.survey.groups[1:] if set(group.files) - set(self.left_out)]
         if others:
             lines.append("layouts:")
         for group in others:
             for pattern in group.patterns:
-                lines += [f"  {plain(pattern)}:", *_indented(_differences(base, group), 4)]
+                lines += [f"  {proposing.plain(pattern)}:", *_indented(_differences(base, group), 4)]
         return lines
 
     def _unread(self) -> dict[str, str]:
@@ -126,27 +116,27 @@ class Draft:
         ]
         if self.named.dry is not None:
             name, value = self.named.dry
-            said = f"{value:.12g}" if isinstance(value, float) else plain(value)
+            said = f"{value:.12g}" if isinstance(value, float) else proposing.plain(value)
             lines.append(f"dry: {{{name}: {said}}}")
         else:
             lines += ["# conditions of the trials without water: {water_depth_m: 0}", "dry: none"]
         if self.starts:
             lines += ["# a hand holds the body before these instants", "window:"]
             for name, start in sorted(self.starts.items()):
-                lines.append(f"  {plain(escape(name))}: {{start_s: {start:.12g}}}")
+                lines.append(f"  {proposing.plain(escape(name))}: {{start_s: {start:.12g}}}")
         return lines
 
 
 def _differences(base: Reading, group: Alike) -> list[str]:
     """Keys of a layout in which a group differs from the base."""
     there = group.reading
-    own, others = layout_keys(there.layout), layout_keys(base.layout)
+    own, others = proposing.layout_keys(there.layout), proposing.layout_keys(base.layout)
     lines = [f"{key}: {value}" for key, value in own.items() if value != others[key]]
     channels, known = dict(there.channels), dict(base.channels)
-    said = [f"time: {time_text(there.time)}"] if there.time != base.time else []
+    said = [f"time: {proposing.time_text(there.time)}"] if there.time != base.time else []
     for name in CHANNELS:
         if channels.get(name) != known.get(name):
-            said.append(f"{name}: {spec_text(channels[name]) if name in channels else 'none'}")
+            said.append(f"{name}: {proposing.spec_text(channels[name]) if name in channels else 'none'}")
     return [*lines, *(["channels:", *_indented(said, 2)] if said else [])] or ["header: first"]
 
 
@@ -169,13 +159,10 @@ def _state(wrong: str) -> str:
 
 def _comment(text: str) -> list[str]:
     """A sentence as lines of comment."""
-    lines, line = [], "#"
-    for word in text.split():
-        if len(line) + len(word) >= WIDTH and line != "#":
-            lines.append(line)
-            line = "#"
-        line += f" {word}"
-    return [*lines, line]
+    return textwrap.wrap(
+        " ".join(text.split()), WIDTH, initial_indent="# ", subsequent_indent="# ", break_long_words=False,
+        break_on_hyphens=False,
+    )  # fmt: skip
 
 
 def _indented(lines: Iterable[str], by: int) -> list[str]:

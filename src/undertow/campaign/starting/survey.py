@@ -172,7 +172,7 @@ def _sorted_out(found: dict[Reading, list[str]], unread: Sequence[tuple[str, str
 def _patterns(names: Sequence[str], everything: Sequence[str]) -> tuple[str, ...]:
     """One pattern that fits these files alone, else each of them by its name."""
     bases = [name.rpartition("/")[2] for name in names]
-    prefix = _shared_beginning(bases)
+    prefix = os.path.commonprefix(bases)  # noqa: RUF071 - of names, letter by letter
     suffixes, folders = {suffix_of(Path(base)) for base in bases}, {name.rpartition("/")[0] for name in names}
     candidates = [f"*{suffix}" for suffix in suffixes] if len(suffixes) == 1 else []
     candidates += [f"{escape(folder)}/*" for folder in folders] if len(folders) == 1 and "" not in folders else []
@@ -183,10 +183,3 @@ def _patterns(names: Sequence[str], everything: Sequence[str]) -> tuple[str, ...
         if sorted(name for name in everything if one.fit(trial_name(Path(name)), name)) == sorted(names):
             return (pattern,)
     return tuple(escape(name) for name in names)
-
-
-def _shared_beginning(texts: Sequence[str]) -> str:
-    """The characters that all texts begin with."""
-    first, last = min(texts), max(texts)
-    count = next((at for at, (one, other) in enumerate(zip(first, last, strict=False)) if one != other), len(first))
-    return first[:count]

@@ -16,7 +16,7 @@ from undertow.equation.equation import Equation
 from undertow.equation.simulate import fastest_frequency
 from undertow.equation.term import Expression
 from undertow.errors import UndertowError
-from undertow.front.handover.symbols import System, system_of
+from undertow.front.handover.symbols import system_of
 
 STEPS_PER_PERIOD = 200
 """Steps of the fourth-order method a period of the fastest motion: errors under 1e-6 of x0."""
@@ -50,20 +50,21 @@ def python_text(equation: Equation, reach_m: float) -> str:
 
 def octave_text(equation: Equation, reach_m: float, name: str) -> str:
     """The function file's text; see `HandOver.to_octave`."""
-    from sympy import octave_code
+    from sympy import Symbol, octave_code
 
     if not name.isidentifier():
         raise UndertowError(f"Octave cannot call a function {name!r}; give the file a name of letters and digits")
     step = largest_step(equation, reach_m)
     system = system_of(equation)
     values = "\n".join(f"p.{key} = {number!r};  % {system.words[key]}" for key, number in system.values.items())
-    unpack = "\n".join(f"{key} = y({at});" for at, key in enumerate(["x", "v", *_state_names(system)], 1))
+    names = ["x", "v", *(state for state, _ in system.states)]
+    unpack = "\n".join(f"{key} = y({at});" for at, key in enumerate(names, 1))
     unpack = unpack.replace("x = y(1);", f"x = y(1) - ({equation.rest_m!r});")
 
     def written(expression: Expression) -> str:
-        renamed = expression.subs({symbol: _field(symbol.name) for symbol in expression.free_symbols
-                                   if symbol.name in system.values}) if hasattr(expression, "subs") else expression
-        return _printed(renamed, octave_code).replace("p__", "p.")
+        given = [symbol for symbol in getattr(expression, "free_symbols", ()) if symbol.name in system.values]
+        fields = {symbol: Symbol(f"p__{symbol.name}", real=True) for symbol in given}
+        return _printed(expression.subs(fields) if fields else expression, octave_code).replace("p__", "p.")
 
     rates = "; ".join(["speed", "a", *(written(rate) for _, rate in system.states)])
     return _OCTAVE.format(
@@ -71,16 +72,6 @@ def octave_text(equation: Equation, reach_m: float, name: str) -> str:
         unpack=indent(unpack, "  "), smooth=written(system.smooth), friction=written(system.friction), rates=rates,
         delay=f"p.{system.delay}" if system.delay else "0",
     )  # fmt: skip
-
-
-def _field(name: str) -> Expression:
-    import sympy as sp
-
-    return sp.Symbol(f"p__{name}", real=True)
-
-
-def _state_names(system: System) -> list[str]:
-    return [name for name, _ in system.states]
 
 
 def _printed(expression: Expression, printer: Callable[[Expression], str]) -> str:

@@ -199,6 +199,7 @@ def named(group: GroupFindings) -> GroupFindings:
     water = {
         "natural_frequency_rad_per_s": Estimate(9.6, 0.05, 0.0, "rad/s"),
         "mass_kg": Estimate(300.0, 6.0, 0.0, "kg"),
+        "damping_ratio": Estimate(0.02, 0.001, 0.0, "1"),
         "quadratic_damping_per_m": Estimate(0.8, 0.2, 0.0, "1/m"),
     }
     numbers = dict(group.verdict.baseline.parameters) | {f"hidden_resonator.{name}": e for name, e in water.items()}

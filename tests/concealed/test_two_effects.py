@@ -243,7 +243,10 @@ def test_a_force_at_the_bodys_own_rate_is_its_own_motion_only_where_phases_are_l
     opposite = doubt(level, forced(level, sizes, np.array([0.4, 0.4 + np.pi, 0.5]), own))
     assert "is the body's own motion of" in opposite
     assert "its phases in the trials are locked to the release by" in opposite
-    assert "body's own motion" not in doubt(level, forced(level, sizes, np.array([0.0, 1.05, 2.1]), own))
+    free = np.array([0.0, 1.05, 2.1])
+    assert "body's own motion" not in doubt(level, forced(level, sizes, free, own, FAR_ABOVE_NOISE))
+    assert "leaves more than noise" in doubt(level, forced(level, sizes, free, own))  # as a slack cable's
+    assert "leaves more than noise" not in doubt(level, forced(level, sizes, free, 0.8 * own))
 
 
 @pytest.mark.parametrize(

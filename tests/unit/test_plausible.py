@@ -330,6 +330,22 @@ def test_one_trial_of_another_period_or_size_is_said_where_nothing_is_explained(
 
 
 @pytest.mark.parametrize(
+    ("volume_m3", "error_N", "doubted"), [(0.06, 0.5, True), (0.075, 0.5, False), (0.06, 20.0, False)]
+)
+def test_friction_that_another_level_s_volume_gives_asks_whether_levels_are_exchanged(volume_m3, error_N, doubted):
+    """Two levels exchanged in an index were "coulomb friction" at 97 %, and nothing said where it came from."""
+    wet = small_findings().groups[1]
+    stated = replace(wet.specimen, submerged_volume_m3=0.09, volume_assumed=False)
+    friction = wet.structure.mu.value * stated.water_density_kg_per_m3 * stated.gravity_m_per_s2 * 0.03
+    numbers = {"coulomb_friction": {"force_N": Estimate(friction, error_N * friction / 48.0, unit="N")}}
+    found = replace(wet.verdict, status="explained", verdict=("coulomb_friction",), parameters=numbers)
+    other = replace(wet, specimen=replace(stated, submerged_volume_m3=volume_m3), key={"depth": 1.2})
+    _, said = with_doubts([replace(wet, verdict=found, specimen=stated), other])
+    text = f"gives, as stated of {other.label}: look whether levels are exchanged in the index"
+    assert any(text in one for one in said) is doubted
+
+
+@pytest.mark.parametrize(
     ("periods", "strange"),
     [
         ([0.946, 0.9475, 0.949, 0.948, 0.993], True),  # filed under the wrong spring, 10 % stiffer

@@ -108,7 +108,7 @@ def with_doubts(
             group = replace(group, notes=(*group.notes, *notes))
         numbers = group_numbers(group)
         noted = (_stiffness(group, numbers, NOTED, "noted"), _cells(group, numbers, NOTED, "noted"))
-        mild = (*noted, _lighter(group, numbers)) if not doubts else ()
+        mild = (*noted, _lighter(group, numbers), _other_level(group, groups)) if not doubts else ()
         said += [f"{group.label}: {text}" for text in mild if text]
         unknown = [text for kind, text in doubts if kind not in kinds]
         wrong = "" if "conditions" in kinds else _no_group(group, _strange(accepted))
@@ -344,6 +344,26 @@ def _unloaded(group: GroupFindings) -> str:
         f"specimen.submerged_volume_m3 is not stated: {volume:.2g} m^3 of displaced water would take that much weight "
         "off; state the volume"
     )
+
+
+def _other_level(group: GroupFindings, groups: Sequence[GroupFindings]) -> str:
+    """That friction named in water is what another level's displaced volume gives: levels may be exchanged."""
+    named, body = group.verdict.parameters.get(CoulombFriction.name), group.specimen
+    force = named.get(CoulombFriction.parameters[0].name) if isinstance(named, dict) else None
+    weight = body.water_density_kg_per_m3 * body.gravity_m_per_s2
+    if group.structure is None or not isinstance(force, Estimate) or not force.total_stderr < abs(force.value) / ERRORS:
+        return ""
+    lift = group.structure.mu.value * weight
+    volume, error = body.submerged_volume_m3 - force.value / lift, ERRORS * force.total_stderr / lift
+    for other in (g for g in groups if not g.dry and not g.specimen.volume_assumed):
+        theirs = other.specimen.submerged_volume_m3
+        if abs(theirs - volume) < error < abs(body.submerged_volume_m3 - volume):
+            return (
+                f"friction of {format_number(force.value, force.total_stderr)} N beside the dry trials' is what a "
+                f"displaced volume of {volume:.2g} m^3 gives, as stated of {other.label}: look whether levels are "
+                "exchanged in the index, or volumes in specimen.submerged_volume_m3"
+            )
+    return ""
 
 
 def _turned(group: GroupFindings) -> str:

@@ -38,3 +38,17 @@ def test_a_group_of_its_own_period_and_one_of_scattered_periods_are_left_alone()
 
 def test_two_trials_are_too_few_to_say_which_is_the_groups() -> None:
     assert misplaced({AIR: trials([1.0, 0.9], 1), WATER: trials([0.9, 0.9, 0.9], 4)}) == {}
+
+
+def test_one_trial_of_another_clock_is_named_and_its_group_is_not_lost() -> None:
+    """One file in milliseconds under a header of seconds had failed its whole group: "something swings so fast"."""
+    motions = trials([1.0, 1.05, 0.95, 1.0], 1)
+    slow = recorded(Decay(1.0, size_m=0.05, friction=0.01, seed=9))
+    motions.append(condition(replace(slow, name="t5", time=1000.0 * slow.time)))
+    (said,) = misplaced({WATER: motions}).items()
+    assert said[0] == "t5"
+    assert "is its time in another unit? correct it for this file (recordings.layouts)" in said[1]
+    assert misplaced({WATER: motions[2:]})["t5"] == said[1].replace("1 s:", "1 s:")
+    assert misplaced({WATER: motions[3:]}) == {}
+    two = [*motions[:2], *trials([40.0, 41.0], 6)]  # which of them is wrong nobody can say
+    assert misplaced({WATER: two}) == {}

@@ -31,6 +31,9 @@ them by some per cent from trial to trial."""
 LIKE = 1.0
 """It is like another group's within so many times the range."""
 
+OTHER_CLOCK, ALIKE = math.log(30.0), math.log(2.0)
+"""No spring or water changes a period so much, and a unit of time does, where all other trials swing alike."""
+
 
 @dataclass(frozen=True)
 class _Group:
@@ -41,7 +44,7 @@ class _Group:
 
 
 def misplaced(groups: Mapping[GroupKey, Sequence[Motion]]) -> dict[str, str]:
-    """Trial -> sentence, for trials whose period is another group's and surely not that of their own.
+    """Trial -> sentence, for trials whose period is another group's, or of another clock, and surely not of their own.
 
     Groups of fewer than three trials say nothing.
     """
@@ -57,6 +60,12 @@ def misplaced(groups: Mapping[GroupKey, Sequence[Motion]]) -> dict[str, str]:
                     f"it swings with a period of {period:.3g} s, as the trials of {group_title(dict(nearest))} do "
                     f"({known[nearest].period_s:.3g} s), and those of its own group, {group_title(dict(key))}, with "
                     f"{here.period_s:.3g} s: correct its conditions, or list conditions in recordings.accept"
+                )
+            elif _off(period, here) > OTHER_CLOCK and here.width < ALIKE:
+                found[name] = (
+                    f"it swings with a period of {period:.3g} s, and the others of its group, "
+                    f"{group_title(dict(key))}, with {here.period_s:.3g} s: is its time in another unit? correct it "
+                    "for this file (recordings.layouts), or list conditions in recordings.accept"
                 )
     return found
 

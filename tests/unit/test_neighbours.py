@@ -48,7 +48,7 @@ def test_one_trial_of_another_clock_is_named_and_its_group_is_not_lost() -> None
     (said,) = misplaced({WATER: motions}).items()
     assert said[0] == "t5"
     assert "is its time in another unit? correct it for this file (recordings.layouts)" in said[1]
-    assert misplaced({WATER: motions[2:]})["t5"] == said[1].replace("1 s:", "1 s:")
+    assert list(misplaced({WATER: motions[2:]})) == ["t5"]
     assert misplaced({WATER: motions[3:]}) == {}
     two = [*motions[:2], *trials([40.0, 41.0], 6)]  # which of them is wrong nobody can say
     assert misplaced({WATER: two}) == {}

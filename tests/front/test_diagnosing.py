@@ -119,7 +119,14 @@ def test_a_repaired_equation_moves_as_the_body_did(found, trials):
     assert group.score(unseen) > group.score() - 0.02 > 0.95
     assert group.predict(unseen, adjust=True).score() > ahead.score() - 1e-9
     assert group.score([recorded(0.07, 9)]) == group.score(unseen)
-    assert group.equations() == [group.repaired.text()]
+    errors = group.parameters["stderr"]
+    (said,) = group.equations()
+    assert said == group.repaired.text({"cubic_stiffness": errors["cubic_stiffness.N_per_m3"],
+                                        "viscous_damping": errors["c_Ns_per_m"]})  # fmt: skip
+    stated = json.loads(group.to_json())["terms"]
+    found_error = {one["name"]: [p.get("stderr") for p in one["parameters"].values()] for one in stated}
+    assert found_error["cubic_stiffness"] == [pytest.approx(errors["cubic_stiffness.N_per_m3"])]
+    assert "scatter of the run's trials" in ahead.notes[0]  # as stated, not as assumed of any rig
     assert group.simulate(0.07, body.t).x == pytest.approx(repaired.x, abs=1e-12)
     assert group.get_feature_names_out().tolist() == list(HARD)
     ends = group.confidence_interval(0.999).loc["cubic_stiffness.N_per_m3"]
@@ -165,8 +172,12 @@ def test_a_diagnosis_prints_and_draws_itself(found, trials):
     assert set(group.trial_table.index) == set(trials.names)
     with pytest.raises(IdentificationError, match=r"no trial is called 'r7' in .*; there are"):
         group.plot(trial="r7")
+    with pytest.raises(IdentificationError, match=r"no trial is called 99 in .*; there are"):
+        group.plot(trial=99)
     with pytest.raises(ConfigError, match="no group fits 'wet'; say one of: "):
         found["wet"]
+    with pytest.raises(IndexError, match="group 5 is asked for, but there are 1: 0 to 0"):
+        found[5]
 
 
 def test_an_equation_that_lacks_nothing_stays_as_it_is(trials):
@@ -198,6 +209,10 @@ def test_settings_that_cannot_be_are_refused_in_one_sentence(trials):
         undertow.diagnose(trials, PRESCRIBED, mass_kg="heavy")
     with pytest.raises(ConfigError, match="group_by: a trial has no condition 'spring'"):
         undertow.diagnose(trials, PRESCRIBED, group_by=["spring"])
+    with pytest.raises(ConfigError, match="hold_out names 'zz', and no trial is called so; there are r0, r1"):
+        undertow.diagnose(trials, PRESCRIBED, hold_out=["zz"])
+    with pytest.raises(ConfigError, match=r"dry says {'depth_m': 1}, and no trial has these conditions"):
+        undertow.diagnose(trials, PRESCRIBED, dry={"depth_m": 1})
 
 
 def test_a_stated_rig_that_the_channels_contradict_stops_a_diagnosis():
@@ -264,6 +279,8 @@ def test_an_opened_run_says_what_the_run_said(campaign):
     assert group.sentence in str(opened)
     assert "<table" in opened._repr_html_()
     assert opened.plot().get_yticklabels()[0].get_text() == group.label
+    trials = undertow.load(opened.config)
+    assert group.predict(trials).runs[0].nrmse == pytest.approx(undertow.predict(group, trials).runs[0].nrmse)
 
 
 def test_a_folder_that_is_no_run_is_refused(campaign, tmp_path):

@@ -218,6 +218,8 @@ def test_what_cannot_be_handed_over_is_refused():
         run_of("stiffness").to_octave(path="my-law.m")
     with pytest.raises(UndertowError, match="the text is 'other', not 'undertow equation'"):
         equation_from_json('{"format": "other"}')
+    with pytest.raises(UndertowError, match="the text is no whole undertow equation \\('terms' is wrong or lacking\\)"):
+        equation_from_json('{"format": "undertow equation", "version": 1}')
 
 
 def test_coefficients_by_name_are_checked():

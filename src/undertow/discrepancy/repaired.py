@@ -6,14 +6,17 @@ Belongs here: putting those numbers and laws into the equation, and their errors
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from undertow.comparison.suspect import UNIT
 from undertow.comparison.suspects import all_suspects
 from undertow.discrepancy.verdict import Verdict
 from undertow.equation.equation import Equation
-from undertow.equation.registry import find, row
+from undertow.equation.registry import catalogue, find, row
+from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Specimen
 from undertow.likelihood.scale import contract_name
@@ -21,9 +24,10 @@ from undertow.quantities import Estimate
 
 
 def repaired_equation(prescribed: Equation, verdict: Verdict, specimen: Specimen) -> Equation:
-    """The prescribed equation with a verdict's numbers and the laws that it names.
+    """The prescribed equation with a verdict's numbers and the laws that these are numbers of. What has a clock of its
+    own, or is no law of the body's motion (a sensor, a release), is left out beside one that is.
 
-    Raises IdentificationError where one of them is no law of motion.
+    Raises IdentificationError where none of them is a law of motion, or lacks a number.
     """
     if verdict.augmented is None:
         return prescribed
@@ -32,26 +36,78 @@ def repaired_equation(prescribed: Equation, verdict: Verdict, specimen: Specimen
     mass = prescribed.mass_kg
     if "total_mass_kg" in numbers and not any(t.is_inertia for t in prescribed.terms):
         mass = numbers["total_mass_kg"].value
-    replaced, given_back = _taken(verdict)
+    laws = _laws(verdict)
+    replaced, given_back = _taken(laws, numbers)
+    moved = {}
     for term, value in zip(prescribed.terms, prescribed.coefficients, strict=True):
         slot = term.slots.get(term.coefficient.name, "")
-        if slot not in replaced:
-            terms.append(term)
-            values.append(_refitted(term.name, value, numbers, specimen) + given_back.get(slot, 0.0))
-    for name in named_laws(verdict):
-        law = row(name)
-        if law is None or law.own_clock:
-            raise IdentificationError(
-                f"{name} is no law of the body's motion with the same numbers in all trials; the repaired equation is "
-                "the prescribed one with that corrected: take .prescribed and .parameters"
-            )
-        for at in range(_how_many(name, numbers)):
-            prefix = f"{name}#{at + 1}." if at else f"{name}."
-            given = {key.removeprefix(prefix): e.value for key, e in numbers.items() if key.startswith(prefix)}
-            term, value = _added(name, given, specimen)
-            terms.append(term)
-            values.append(value)
+        refitted = _refitted(term.name, value, numbers, specimen) + given_back.get(slot, 0.0)
+        if slot in _moved(laws):
+            moved[slot] = refitted
+        elif slot not in replaced:
+            terms.append(_with_inner(term, refitted, numbers))
+            values.append(refitted)
+    found = [one for name in laws for one in _added_of(name, numbers, specimen, moved)]
+    if laws and not found:
+        raise IdentificationError(
+            f"{laws[0]} is no law of the body's motion with the same numbers in all trials; the repaired equation is "
+            "the prescribed one with that corrected: take .prescribed and .parameters"
+        )
+    terms += [term for term, _ in found]
+    values += [value for _, value in found]
     return Equation(tuple(terms), tuple(values), mass, prescribed.rest_m)
+
+
+def _laws(verdict: Verdict) -> tuple[str, ...]:
+    """What a verdict's numbers are of, each once: what it names, and what is described beside what nobody knows."""
+    numbers = {} if verdict.augmented is None else verdict.augmented.parameters
+    described = (name.partition(".")[0].partition("#")[0] for name in numbers if "." in name)
+    return tuple(dict.fromkeys((*named_laws(verdict), *described)))
+
+
+def _added_of(
+    name: str, numbers: Mapping[str, Estimate], specimen: Specimen, moved: Mapping[str, float]
+) -> Iterator[tuple[Any, float]]:
+    """A law that was added as terms with their coefficients, as often as it was: none where it is no law of motion.
+    ``moved`` is what the prescribed equation had in slots from which the law takes it."""
+    law = row(name)
+    if law is None and (new := _moved((name,))):
+        yield _of_what_moved(name, new, numbers, moved)
+    if law is None or law.own_clock:
+        return
+    for at in range(_how_many(name, numbers)):
+        prefix = f"{name}#{at + 1}." if at else f"{name}."
+        given = {key.removeprefix(prefix): e.value for key, e in numbers.items() if key.startswith(prefix)}
+        yield _added(name, given, specimen)
+
+
+def _moved(laws: Collection[str]) -> dict[str, str]:
+    """Slots of the integrator whose content these laws take to another: bristles yield where friction slid."""
+    additions = (a for s in all_suspects() if s.name in laws for a in s.additions(UNIT, 1.0))
+    return dict(a.moves for a in additions if a.moves is not None)
+
+
+def _of_what_moved(
+    name: str, new: Mapping[str, str], numbers: Mapping[str, Estimate], moved: Mapping[str, float]
+) -> tuple[Any, float]:
+    """The registry's law with the slots of a suspect that takes what the equation has to another one."""
+    own = {a.slot: f"{name}.{a.name}" for s in all_suspects() if s.name == name for a in s.additions(UNIT, 1.0)}
+    slots = {slot: numbers[key].value for slot, key in own.items() if key in numbers}
+    slots |= {new[old]: value for old, value in moved.items()}
+    law = next((one for one in catalogue() if slots and set(one.slots.values()) == set(slots)), None)
+    if law is None:
+        raise IdentificationError(f"{name} has no number for each of {', '.join((*own, *new.values()))}")
+    return find(law.name, **law.of_slots(slots)), slots[law.slots[law.parameters[0].name]]
+
+
+def _with_inner(term: Term, value: float, numbers: Mapping[str, Estimate]) -> Term:
+    """A prescribed term with its inner numbers as refitted; with those that it had where they are none."""
+    inner = {p.name: numbers[key].value for p in term.parameters[1:] if (key := f"{term.name}_{p.name}") in numbers}
+    leading = term.slots.get(term.coefficient.name, "")
+    for slot, p in term.slot_parameters.items():
+        key = next((k for k in (f"{term.name}_{p.name}", f"{term.name}_{p.name}_per_mass") if k in numbers), "")
+        inner |= term.of_slots({leading: value, slot: numbers[key].value}) if key else {}
+    return replace(term, **inner) if inner else term
 
 
 def named_laws(verdict: Verdict) -> tuple[str, ...]:
@@ -69,14 +125,16 @@ def repaired_errors(
         return dict(errors)
     numbers, out = verdict.augmented.parameters, dict(errors)
     prescribed_names = {term.name for term in prescribed.terms}
+    _, given_back = _taken(_laws(verdict), {name: replace(e, value=e.total_stderr) for name, e in numbers.items()})
     for term in prescribed.terms:
         for key, factor in _keys(term.name, specimen):
             if key in numbers:
-                out[term.name] = numbers[key].total_stderr / factor
+                also = given_back.get(term.slots.get(term.coefficient.name, ""), 0.0)
+                out[term.name] = math.hypot(numbers[key].total_stderr / factor, also)
                 break
     if "total_mass_kg" in numbers and not any(t.is_inertia for t in prescribed.terms):
         out["mass"] = numbers["total_mass_kg"].total_stderr
-    for name in named_laws(verdict):
+    for name in _laws(verdict):
         if row(name) is None or name in prescribed_names:
             continue
         out.pop(name, None)
@@ -95,11 +153,9 @@ def _keys(term: str, specimen: Specimen) -> Iterator[tuple[str, float]]:
         yield f"{key}_per_mass", factor
 
 
-def _taken(verdict: Verdict) -> tuple[frozenset[str], Mapping[str, float]]:
-    """Slots of the integrator whose coefficient what is named stands in place of, and what it adds to others (a sine
+def _taken(laws: Collection[str], numbers: Mapping[str, Estimate]) -> tuple[frozenset[str], Mapping[str, float]]:
+    """Slots of the integrator whose coefficient these laws stand in place of, and what they add to others (a sine
     instead of a line takes from the line)."""
-    numbers = {} if verdict.augmented is None else verdict.augmented.parameters
-    laws = named_laws(verdict)
     additions = {s.name: s.additions(UNIT, 1.0) for s in reversed(all_suspects()) if s.name in laws}
     also = {
         a.also[0]: a.also[1] * numbers[f"{name}.{a.name}"].value

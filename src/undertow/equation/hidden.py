@@ -198,6 +198,7 @@ class Hysteresis(Term):
         Parameter("yield_displacement_m", "m", "x_y", lower=1e-6),
     )
     slots: ClassVar[Mapping[str, str]] = {"stiffness_N_per_m": "kb", "yield_displacement_m": "fb"}
+    slot_parameters: ClassVar[Mapping[str, Parameter]] = {"fb": Parameter("yield_force_N", "N", "F_y", lower=1e-9)}
     law = "r, r' = k_h v (1 - sign(v) r / (k_h x_y))"
     latex = r"r,\ \dot{r}=k_h\,\dot{x}\,(1-\mathrm{sgn}(\dot{x})\,r/(k_h\,x_y))"
     source = "Wen 1976, doi:10.1061/JMCEA3.0002106; Dahl 1968"

@@ -107,9 +107,10 @@ class Term:
     compiled integrator tells apart (0: it adds them up), ``present_by`` the parameter whose positive value tells it
     that a hidden state is there, ``missing_as`` the law whose name missing physics bears instead of this one's.
 
-    ``constants`` are slots of the driven integrator that say what the law is, ``held_unless_asked`` the parameters that
-    a driven fit holds at the row's value, ``takes_the_place_of`` the laws that it contains and that leave an equation
-    when it comes.
+    ``slot_parameters`` is what stands in a slot where that is no parameter of the law: a fit finds it, and `of_slots`
+    has the parameters. ``constants`` are slots of the driven integrator that say what the law is,
+    ``held_unless_asked`` the parameters that a driven fit holds at the row's value, ``takes_the_place_of`` the laws
+    that it contains and that leave an equation when it comes.
 
     ``words`` are what a sentence says where it is missing; ``words_unplaced`` where nobody knows that the water does
     it, ``words_alone`` where there are neither dry trials nor water; ``next_test`` what would show it plainly.
@@ -122,6 +123,7 @@ class Term:
     kind: ClassVar[Kind] = "force"
     parameters: ClassVar[tuple[Parameter, ...]]
     slots: ClassVar[Mapping[str, str]] = {}
+    slot_parameters: ClassVar[Mapping[str, Parameter]] = {}
     constants: ClassVar[Mapping[str, float]] = {}
     held_unless_asked: ClassVar[tuple[str, ...]] = ()
     takes_the_place_of: ClassVar[tuple[str, ...]] = ()

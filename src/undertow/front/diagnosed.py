@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from undertow.campaign.run.equations import own_scatter
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
-from undertow.discrepancy.repaired import repaired_equation
+from undertow.discrepancy.repaired import repaired_equation, repaired_errors
 from undertow.discrepancy.verdict import Status, Verdict
 from undertow.equation.equation import Equation
 from undertow.errors import IdentificationError
@@ -150,7 +151,14 @@ class DiagnosedGroup(FoundNumbers):
             described = replace(self.verdict.augmented or self.verdict.baseline, parameters=drawn)
             verdict = replace(self.verdict, augmented=described)
             thetas.append(repaired_equation(self.prescribed, verdict, self.findings.specimen).theta())
-        return np.array(thetas), *scatter_of(self.findings.structure)
+        stated = self.trials.config.specimen.scatter
+        known = own_scatter(self.findings) if stated is None else dict(stated)
+        return np.array(thetas), *scatter_of(self.findings.structure, known)
+
+    def _errors(self) -> Mapping[str, float]:
+        """Standard errors of the equation's coefficients by term name."""
+        found = self.findings
+        return repaired_errors(found.equation, found.equation_errors, found.verdict, found.specimen)
 
     def posterior(self, draws: int = 1000, seed: int = 0) -> Draws:
         """Draws of the repaired equation's numbers from the normal distribution of their errors and correlations.
@@ -188,13 +196,13 @@ class DiagnosedGroup(FoundNumbers):
 
     def _one(self, trial: int | str | None) -> TrialFindings:
         found = self.findings.trials
-        if isinstance(trial, int):
+        names = [one.motion.name for one in found]
+        if trial in names:
+            return found[names.index(str(trial))]
+        if isinstance(trial, int) and -len(found) <= trial < len(found):
             return found[trial]
-        if isinstance(trial, str):
-            names = [one.motion.name for one in found]
-            if trial not in names:
-                raise IdentificationError(f"no trial is called {trial!r} in {self.label}; there are {', '.join(names)}")
-            return found[names.index(trial)]
+        if trial is not None:
+            raise IdentificationError(f"no trial is called {trial!r} in {self.label}; there are {', '.join(names)}")
         unseen = [one for one in found if one.held_out] or list(found)
         return max(unseen, key=lambda one: one.mismatch.nrmse)
 

@@ -19,13 +19,14 @@ from undertow.discrepancy.findings import FailedTrial, Findings
 from undertow.equation.equation import Equation
 from undertow.equation.registry import names as registered
 from undertow.equation.term import Term
-from undertow.errors import IdentificationError
+from undertow.errors import ConfigError, IdentificationError
 from undertow.front.columns import Columns, Units
 from undertow.front.diagnosed import DiagnosedGroup
 from undertow.front.known import RigAndRead, parted, terms_of, with_settings
 from undertow.front.reading import Source, read
 from undertow.front.trials import Trials
 from undertow.front.verdicts import Verdicts
+from undertow.recording.patterns import Patterns
 from undertow.recording.recording import Condition
 
 
@@ -135,11 +136,23 @@ def diagnose(
             "discrepancy": {"suspects": suspects, "budget": budget},
         },
     )
+    _must_be_there(given, config, hold_out, dry)
     config = config if seed is None else with_settings(config, {}).model_copy(update={"seed": seed})
     own = terms if any(term.name not in registered() for term in terms) else None
     findings = run(config, jobs, given=Read(given.motions, given.failed, given.accepted, given.found), terms=own)
     groups = tuple(DiagnosedGroup(group, _of_group(given, group.verdict.trials, config)) for group in findings.groups)
     return Diagnosis(findings, groups)
+
+
+def _must_be_there(given: Trials, config: RunConfig, hold_out: Any, dry: Mapping[str, Condition] | None) -> None:
+    """ConfigError where trials are held out, or are dry, of which there are none: nothing would be proved by them."""
+    names = [motion.name for motion in given]
+    listed = [hold_out] if isinstance(hold_out, str) and hold_out != "auto" else hold_out
+    for one in listed if isinstance(listed, list | tuple) else ():
+        if not any(Patterns([str(one)]).fit(name, name) for name in names):
+            raise ConfigError(f"hold_out names {one!r}, and no trial is called so; there are {', '.join(names)}")
+    if dry and not any(config.is_dry(motion.recording.conditions) for motion in given):
+        raise ConfigError(f"dry says {dict(dry)}, and no trial has these conditions; correct it or leave it out")
 
 
 def _of_group(given: Trials, names: Sequence[str], config: RunConfig) -> Trials:

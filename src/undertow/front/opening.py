@@ -26,6 +26,7 @@ from undertow.discrepancy.words import group_title
 from undertow.equation.equation import Equation
 from undertow.errors import UndertowError
 from undertow.front.found_equation import FoundEquation
+from undertow.front.prediction import Prediction, predict
 from undertow.front.reading import load
 from undertow.front.run_prediction import RunPrediction, StoredEquation, predict_driven_run, predict_run
 from undertow.front.tables import parameter_table
@@ -97,8 +98,11 @@ class OpenedGroup(FoundEquation):
         """
         return self._stored.equation
 
-    def predict(self, recording: str | Path | None = None, **settings: Any) -> RunPrediction:
-        """The equation run free on a recording nobody fitted, or from a start, with its band; see `predict_run`."""
+    def predict(self, recording: Any = None, **settings: Any) -> RunPrediction | Prediction:
+        """The equation run free on a recording nobody fitted, or from a start, with its band; see `predict_run`, and
+        `undertow.predict` of trials that were read or are arrays."""
+        if not (recording is None or isinstance(recording, str | Path)):
+            return predict(self, recording, **settings)
         return predict_run(self.folder, recording, group=self.data["group"], **settings)
 
     def _errors(self) -> Mapping[str, float]:

@@ -224,10 +224,13 @@ def _drawn(found: Any, draws: int, rng: np.random.Generator) -> tuple[Array, tup
     return thetas, (note,)
 
 
-def scatter_of(structure: Any) -> tuple[Mapping[str, float], str]:
-    """Relative scatter of k, c, mu from trial to trial, and where it comes from, in words."""
+def scatter_of(structure: Any, known: Mapping[str, float] | None = None) -> tuple[Mapping[str, float], str]:
+    """Relative scatter of k, c, mu from trial to trial, and where it comes from, in words; ``known``: what is stated or
+    seen where there are no dry trials."""
     if structure is not None:
         return structure.scatter, f"band: the numbers' errors and the scatter of {structure.source}"
+    if known is not None:
+        return known, "band: the numbers' errors and the scatter of the run's trials"
     parts = ", ".join(f"{100 * v:g} % in {k}" for k, v in DEFAULT_SCATTER.items())
     return DEFAULT_SCATTER, f"band: the numbers' errors and an assumed scatter from trial to trial of {parts}"
 

@@ -7,6 +7,7 @@ belong here: the free run and its band (prediction.py), driven trials (campaign/
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -75,9 +76,12 @@ class StoredEquation:
 
     @property
     def errors(self) -> dict[str, float]:
-        """Standard errors of the laws' coefficients by their names; those that have none are left out."""
-        leading = (row for row in self.version["rows"] if row["parameter"] == find(row["term"]).coefficient.name)
-        return {row["term"]: float(row["stderr"]) for row in leading if row["stderr"] is not None}
+        """Standard errors of the laws' coefficients by their names; left out are those that have none, and those of a
+        law that stands there more than once."""
+        leading = [row for row in self.version["rows"] if row["parameter"] == find(row["term"]).coefficient.name]
+        often = Counter(row["term"] for row in leading)
+        once = (row for row in leading if often[row["term"]] == 1 and row["stderr"] is not None)
+        return {row["term"]: float(row["stderr"]) for row in once}
 
     def _with(self, values: Array, mass_kg: float) -> Equation:
         terms, coefficients = [], []

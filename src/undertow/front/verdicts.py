@@ -50,6 +50,9 @@ class Verdicts(Generic[Group]):
     def __getitem__(self, which: int | str) -> Group:
         """A group by place, by its label, or by words or conditions that it alone fits."""
         if isinstance(which, int):
+            if not -len(self.groups) <= which < len(self.groups):
+                said = f"there are {len(self.groups)}: 0 to {len(self.groups) - 1}"
+                raise IndexError(f"group {which} is asked for, but {said}")
             return self.groups[which]
         return self.groups[group_meant(which, [group.conditions for group in self.groups])]
 

@@ -176,11 +176,12 @@ def _general(term: Term, scale: float, suffix: str) -> list[Coefficient]:
     """Unknowns of any other term, its inner parameters included: in the compiled integrator's slots, or, of a law
     without any, under its own name."""
     first, leading = 1e-3 * scale, term.coefficient
+    forces = (leading, *term.slot_parameters.values())
     if term.slots:
         of_slot = {term.slots[p.name]: p for p in reversed(term.parameters)}
         number = "1" if term.held_by_kernel else ""
         found = [
-            (of_slot.get(slot, leading), slot + number, value, abs(value) or scale)
+            (term.slot_parameters.get(slot, of_slot.get(slot, leading)), slot + number, value, abs(value) or scale)
             for slot, value in term.slot_values(first).items()
         ]
     else:
@@ -189,7 +190,7 @@ def _general(term: Term, scale: float, suffix: str) -> list[Coefficient]:
         found += [(p, f"{term.name}.{p.name}", value, max(abs(value), 1e-3)) for p, value in inner]
     return [
         _one(
-            f"{term.name}_{p.name}", p.unit, slot, value, size, term, suffix if p is leading else "", 1.0,
+            f"{term.name}_{p.name}", p.unit, slot, value, size, term, suffix if p in forces else "", 1.0,
             (p.lower, p.upper),
         )
         for p, slot, value, size in found

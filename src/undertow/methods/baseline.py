@@ -64,6 +64,8 @@ class GroupFit:
                 numbers.append(float(theta[SLOT["mass"]]) - self.model.specimen.mass_kg)
                 continue
             inner = {p.name: float(theta[self._place(term, p.name)]) for p in term.parameters[1:]}
+            if term.slot_parameters:
+                inner |= term.of_slots({slot: float(theta[SLOT[slot]]) for slot in term.slots.values()})
             terms.append(replace(term, **inner) if inner else term)
             numbers.append(float(theta[self._place(term, term.coefficient.name)]))
         added = any(t.is_inertia for t in terms)

@@ -38,7 +38,8 @@ def equations_entry(group: GroupFindings, stated: Mapping[str, float] | None = N
     """
     verdict, versions = group.verdict, {}
     allowed = verdict.repeatability_nrmse
-    versions["baseline"] = _version(group.equation, group.equation_errors, verdict.baseline.nrmse, allowed)
+    inner = {name: e.total_stderr for name, e in verdict.baseline.parameters.items()}
+    versions["baseline"] = _version(group.equation, group.equation_errors, verdict.baseline.nrmse, allowed, inner)
     if verdict.augmented is not None:
         try:
             repaired = repaired_equation(group.equation, verdict, group.specimen)
@@ -46,12 +47,12 @@ def equations_entry(group: GroupFindings, stated: Mapping[str, float] | None = N
             pass  # a clock, a gain, a release: the prescribed equation is what takes the body anywhere
         else:
             errors = repaired_errors(group.equation, group.equation_errors, verdict, group.specimen)
-            inner = {name: e.total_stderr for name, e in verdict.augmented.parameters.items() if "." in name}
+            inner = {name: e.total_stderr for name, e in verdict.augmented.parameters.items()}
             had = Counter(term.name for term in group.equation.terms)
             versions["augmented"] = _version(repaired, errors, verdict.augmented.nrmse, allowed, inner, had)
     motions = [one.motion for one in group.trials]
     noise = [motion.noise.get(scored_channel(motion), 0.0) for motion in motions]
-    structure, scatter = group.structure, stated or _own_scatter(group)
+    structure, scatter = group.structure, stated or own_scatter(group)
     return {
         "group": dict(group.key), "label": group.label, "trials": [motion.name for motion in motions], "driven": False,
         "versions": versions, "noise": _rms(noise), "rest_std": _rms([m.equilibrium.value for m in motions]),
@@ -60,7 +61,7 @@ def equations_entry(group: GroupFindings, stated: Mapping[str, float] | None = N
     }  # fmt: skip
 
 
-def _own_scatter(group: GroupFindings) -> dict[str, float]:
+def own_scatter(group: GroupFindings) -> dict[str, float]:
     """`DEFAULT_SCATTER`, smaller by one factor where free runs with nothing adjusted miss less than it says."""
     if not group.equation.compiled or len(group.trials) < FEWEST_TRIALS:
         return dict(DEFAULT_SCATTER)
@@ -112,11 +113,11 @@ def _rows(
     for term, value in zip(equation.terms, equation.coefficients, strict=True):
         counts[term.name] += 1
         added = counts[term.name] - had.get(term.name, 0)
-        prefix = f"{term.name}#{added}" if added > 1 else term.name
+        prefix = f"{term.name}#{added}." if added > 1 else f"{term.name}{'.' if added > 0 and had else '_'}"
         once_more = added > 0 and term.name in had
         for parameter in term.parameters:
             leads = parameter is term.parameters[0]
-            own = inner.get(f"{prefix}.{parameter.name}", 0.0)
+            own = inner.get(f"{prefix}{parameter.name}", 0.0)
             yield {
                 "term": term.name, "number": counts[term.name], "law": term.law, "parameter": parameter.name,
                 "unit": parameter.unit, "value": value if leads else float(getattr(term, parameter.name)),

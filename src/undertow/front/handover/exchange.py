@@ -53,9 +53,13 @@ def equation_from_json(text: str) -> Equation:
         kind = data.get("format") if isinstance(data, dict) else type(data).__name__
         raise UndertowError(f"the text is {kind!r}, not {FORMAT!r} of version {VERSION}; write it with to_json()")
     terms, coefficients = [], []
-    for one in data["terms"]:
-        values: dict[str, Any] = {name: p["value"] for name, p in one["parameters"].items()}
-        leading = find(one["name"]).coefficient.name
-        coefficients.append(values.pop(leading))
-        terms.append(find(one["name"], **values))
-    return Equation(tuple(terms), tuple(coefficients), data["mass_kg"], data["rest_m"])
+    try:
+        for one in data["terms"]:
+            values: dict[str, Any] = {name: p["value"] for name, p in one["parameters"].items()}
+            leading = find(one["name"]).coefficient.name
+            coefficients.append(values.pop(leading))
+            terms.append(find(one["name"], **values))
+        return Equation(tuple(terms), tuple(coefficients), data["mass_kg"], data["rest_m"])
+    except (KeyError, TypeError, AttributeError) as error:
+        said = f"the text is no whole {FORMAT} ({error} is wrong or lacking); write it with to_json()"
+        raise UndertowError(said) from error

@@ -422,3 +422,22 @@ def test_a_prescribed_hysteresis_yields_where_it_was_found_to():
     force = found.parameters.loc["hysteresis_yield_force_N"]
     assert (force["value"], force["unit"]) == (pytest.approx(0.8, rel=0.02), "N")
     assert undertow.predict(found, unseen).runs[0].nrmse < 0.02
+
+
+@pytest.mark.parametrize(
+    ("law", "numbers"),
+    [
+        ("hidden_resonator", {"mass_kg": 0.4, "natural_frequency_rad_per_s": 12.0, "damping_ratio": 0.01}),
+        ("relaxation", {"stiffness_N_per_m": 60.0, "time_s": 0.1}),
+    ],
+)
+def test_a_prescribed_law_with_a_state_of_its_own_is_fitted(law, numbers):
+    """It was refused with a message about arrays: instants that did not increase had been asked of it."""
+    whole = {"stiffness": 400.0, "viscous_damping": 2.0, law: numbers}
+    runs = [undertow.simulate(whole, x0=x0, mass_kg=MASS_KG, rate_hz=60.0, duration_s=7.0) for x0 in (0.05, 0.1, 0.07)]
+    *seen, unseen = [run.recorded(noise_m=5e-5, seed=seed, name=f"s{seed}") for seed, run in enumerate(runs)]
+    found = undertow.fit(seen, list(whole), mass_kg=MASS_KG)
+    for name, value in numbers.items():
+        row = found.parameters.loc[f"{law}_{name}"]
+        assert abs(row["value"] - value) < max(4.0 * row["stderr"], 0.002 * value)
+    assert found.score(unseen) > 0.99

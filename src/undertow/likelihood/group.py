@@ -169,7 +169,7 @@ def _typical(term: Term, size: float, speed: float) -> float:
     """Force per unit coefficient at the motion's largest displacement and speed; IdentificationError where a law of
     one's own gives no array of them."""
     share = np.linspace(-1.0, 1.0, SAMPLES_ASKED)
-    return abs(float(force_of(term, size * share, speed * share, share, np.abs(share))[-1])) or 1.0
+    return abs(float(force_of(term, size * share, speed * share, share, share + 1.0)[-1])) or 1.0
 
 
 def _general(term: Term, scale: float, suffix: str) -> list[Coefficient]:

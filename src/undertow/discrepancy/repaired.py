@@ -118,12 +118,15 @@ def named_laws(verdict: Verdict) -> tuple[str, ...]:
 def repaired_errors(
     prescribed: Equation, errors: Mapping[str, float], verdict: Verdict, specimen: Specimen
 ) -> dict[str, float]:
-    """Standard errors of the repaired equation's coefficients by term name ("mass": total mass), as `errors` are of the
-    prescribed one. Numbers that were held keep theirs, also where a law of the prescribed equation is named once more;
-    a law that is named more than once has none."""
+    """Standard errors of the repaired equation's coefficients by term name ("mass": total mass), of inner numbers by
+    "term.parameter", as `errors` are of the prescribed one. Numbers that were held keep theirs, also where a law of the
+    prescribed equation is named once more; a law that is named more than once has none."""
     if verdict.augmented is None:
         return dict(errors)
-    numbers, out = verdict.augmented.parameters, dict(errors)
+    numbers = verdict.augmented.parameters
+    out = dict(errors) | {name: one.total_stderr for name, one in numbers.items() if "." in name}
+    inner = {f"{t.name}.{p.name}": f"{t.name}_{p.name}" for t in prescribed.terms for p in t.parameters[1:]}
+    out |= {name: numbers[key].total_stderr for name, key in inner.items() if key in numbers}
     prescribed_names = {term.name for term in prescribed.terms}
     _, given_back = _taken(_laws(verdict), {name: replace(e, value=e.total_stderr) for name, e in numbers.items()})
     for term in prescribed.terms:

@@ -78,10 +78,15 @@ class StoredEquation:
     def errors(self) -> dict[str, float]:
         """Standard errors of the laws' coefficients by their names; left out are those that have none, and those of a
         law that stands there more than once."""
-        leading = [row for row in self.version["rows"] if row["parameter"] == find(row["term"]).coefficient.name]
-        often = Counter(row["term"] for row in leading)
-        once = (row for row in leading if often[row["term"]] == 1 and row["stderr"] is not None)
-        return {row["term"]: float(row["stderr"]) for row in once}
+        often = Counter((row["term"], row["parameter"]) for row in self.version["rows"])
+        found = {}
+        for row in self.version["rows"]:
+            if row["stderr"] is not None and often[row["term"], row["parameter"]] == 1:
+                if row["parameter"] == find(row["term"]).coefficient.name:
+                    found[row["term"]] = float(row["stderr"])
+                elif row["stderr"] > 0.0:  # what was held has none
+                    found[f"{row['term']}.{row['parameter']}"] = float(row["stderr"])
+        return found
 
     def _with(self, values: Array, mass_kg: float) -> Equation:
         terms, coefficients = [], []

@@ -80,13 +80,12 @@ class GroupFit:
         return SLOT[slot if slot in SLOT else f"{slot}1"]
 
     def equation_errors(self) -> dict[str, float]:
-        """Standard errors by term name, in the equation's units."""
+        """Standard errors by term name, of inner numbers by "term.parameter", in the equation's units."""
         errors: dict[str, float] = {}
         for c in self.model.coefficients:
-            estimate = self.estimates[c.name]
             key = c.term or "mass"
-            if key not in errors:
-                errors[key] = abs(c.factor) * estimate.total_stderr
+            key = f"{key}.{c.name.removeprefix(f'{key}_')}" if key in errors else key
+            errors[key] = abs(c.factor) * self.estimates[c.name].total_stderr
         if self.model.fixed is not None:
             for law in (law for law in registry.catalogue() if law.structural):
                 held: Estimate = getattr(self.model.fixed, law.structural)

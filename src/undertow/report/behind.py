@@ -101,9 +101,7 @@ def repaired_of(group: GroupFindings) -> tuple[Equation, Mapping[str, float]] | 
         equation = repaired_equation(group.equation, group.verdict, group.specimen)
     except IdentificationError:
         return None
-    errors = repaired_errors(group.equation, group.equation_errors, group.verdict, group.specimen)
-    numbers = {} if group.verdict.augmented is None else group.verdict.augmented.parameters
-    return equation, {**{name: one.total_stderr for name, one in numbers.items() if "." in name}, **errors}
+    return equation, repaired_errors(group.equation, group.equation_errors, group.verdict, group.specimen)
 
 
 def is_repaired(verdict: Verdict) -> bool:

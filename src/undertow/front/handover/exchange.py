@@ -20,14 +20,15 @@ VERSION = 1
 
 
 def json_text(equation: Equation, errors: Mapping[str, float]) -> str:
-    """An equation with its standard errors by term name; numbers in full precision."""
+    """An equation with its standard errors by term name and "term.parameter"; numbers in full precision."""
     terms = []
     for term, coefficient in zip(equation.terms, equation.coefficients, strict=True):
         numbers = {term.coefficient.name: coefficient, **term.inner}
         parameters = {p.name: {"value": float(numbers[p.name]), "unit": p.unit} for p in term.parameters}
-        error = errors.get(term.name, math.nan)
-        if math.isfinite(error):
-            parameters[term.coefficient.name]["stderr"] = error
+        known = {p.name: errors.get(f"{term.name}.{p.name}", math.nan) for p in term.parameters[1:]}
+        known[term.coefficient.name] = errors.get(term.name, math.nan)
+        for name, error in known.items():
+            parameters[name] |= {"stderr": error} if math.isfinite(error) else {}
         terms.append({"name": term.name, "law": term.law, "parameters": parameters})
     data = {
         "format": FORMAT, "version": VERSION, "text": str(equation), "latex": equation.to_latex(),

@@ -441,3 +441,21 @@ def test_a_prescribed_law_with_a_state_of_its_own_is_fitted(law, numbers):
         row = found.parameters.loc[f"{law}_{name}"]
         assert abs(row["value"] - value) < max(4.0 * row["stderr"], 0.002 * value)
     assert found.score(unseen) > 0.99
+
+
+@pytest.mark.parametrize(
+    ("law", "numbers"),
+    [
+        ("stribeck_friction", {"static_force_N": 0.6, "velocity_m_per_s": 0.1}),
+        ("delayed_echo", {"gain": -1.5, "delay_s": 1.3}),
+    ],
+)
+def test_an_inner_number_far_from_its_usual_value_is_found(law, numbers):
+    """A speed of .1 m/s had ended at 1e-5 with a friction of -4 N, a delay of 1.3 s at .98 s with the other sign."""
+    whole = {"stiffness": 400.0, "viscous_damping": 2.0, "coulomb_friction": 0.2, law: numbers}
+    runs = [undertow.simulate(whole, x0=x0, mass_kg=MASS_KG, rate_hz=60.0, duration_s=8.0) for x0 in (0.03, 0.1, 0.07)]
+    *seen, unseen = [run.recorded(noise_m=5e-5, seed=seed, name=f"f{seed}") for seed, run in enumerate(runs)]
+    found = undertow.fit(seen, list(whole), mass_kg=MASS_KG)
+    for name, value in numbers.items():
+        assert found.parameters.loc[f"{law}_{name}", "value"] == pytest.approx(value, rel=0.03)
+    assert found.score(unseen) > 0.99

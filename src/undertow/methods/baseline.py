@@ -18,6 +18,7 @@ from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
+from undertow.errors import IdentificationError
 from undertow.likelihood import multistart as blind
 from undertow.likelihood import output_error
 from undertow.likelihood.fit import Fit, Structure
@@ -35,6 +36,12 @@ from undertow.uncertainty.intervals import noise_covariance, residual_covariance
 WITHIN_NOISE = 2.0
 """Mean squared residual in units of noise up to which a fit needs no second start: what is left is noise."""
 
+
+INNER_STARTS = (0.1, 0.3, 3.0, 10.0)
+"""Multiples of a law's inner number as it usually is from which it is sought where a fit leaves more than noise."""
+
+HALF_PERIODS = range(2, 17)
+"""The same of a delay, in half periods: a fit moves it by a quarter of one."""
 
 WITHIN_COLOUR = 5.0
 """The same for a fit with random effects: coloured noise and drift, which differences of samples do not see."""
@@ -157,12 +164,36 @@ def _fit_plain(model: GroupModel, problem: Problem) -> Solution:
         if c.slot in leading:
             unknowns[i] = replace(unknowns[i], start=0.0, lower=0.0, upper=0.0)
     if unknowns == list(problem.unknowns):
-        return direct
+        return _from_other_inner_numbers(model, direct, direct.values)
     linear = output_error.fit(Problem(tuple(unknowns), direct.problem.trials))
-    if linear.cost >= direct.cost:
-        return direct
-    again = output_error.fit(direct.problem, linear.values, growing=False)
-    return again if again.cost < direct.cost else direct
+    if linear.cost < direct.cost:
+        again = output_error.fit(direct.problem, linear.values, growing=False)
+        direct = again if again.cost < direct.cost else direct
+    return _from_other_inner_numbers(model, direct, linear.values)
+
+
+def _from_other_inner_numbers(model: GroupModel, found: Solution, linear: Array) -> Solution:
+    """The fit from the linear equation's answer with a law's inner number (a speed, a time) elsewhere, where that ends
+    closer: from too far off none leads to where it is, and the law's coefficient takes it out."""
+    places = {c.name: i for i, c in enumerate(model.coefficients)}
+    inner = ((t, f"{t.name}_{p.name}") for t in model.terms if t.slots for p in t.parameters[1:])
+    period = found.problem.trials[0].period_s
+    for term, name in ((t, n) for t, n in inner if n in places):
+        usual = linear[places[name]]
+        starts = [0.5 * n * period for n in HALF_PERIODS] if term.kind == "delay" else [m * usual for m in INNER_STARTS]
+        for value in starts:
+            if found.chi2 <= WITHIN_NOISE * found.n_data:
+                return found
+            start = linear.copy()
+            start[places[name]] = value
+            for i in (i for i, c in enumerate(model.coefficients) if c.term == term.name and linear[i] == 0.0):
+                start[i] = model.coefficients[i].start  # at none at all nothing leads to the inner number
+            try:
+                again = output_error.fit(found.problem, start, growing=False)
+            except IdentificationError:
+                continue
+            found = again if again.cost < found.cost else found
+    return found
 
 
 def _problem(

@@ -19,7 +19,8 @@ def shorter_sets(
     level: Level, null: JointFit, candidate: Candidate, prior: Callable[[Sequence[Suspect]], float]
 ) -> list[tuple[Candidate, float]]:
     """The candidate refitted without each of its earlier effects in turn, with the free run's error; of a set that is
-    excluded also without the last, which may only have led the others out of a bad place.
+    excluded also without the last, which may only have led the others out of a bad place, and so on of what is more
+    probable then, and still excluded.
 
     ``prior`` gives the log prior of a set, ``null`` is the prescribed equation as fitted.
     """
@@ -29,6 +30,8 @@ def shorter_sets(
         shorter = without(level, null, candidate, place, prior(others))
         if shorter is not None:
             found.append((shorter, free_run_error(level, shorter.fit)))
+            if shorter.out and len(others) > 1 and shorter.score > candidate.score:
+                found += shorter_sets(level, null, shorter, prior)
     return found
 
 

@@ -17,6 +17,7 @@ from undertow.campaign.config import load
 from undertow.campaign.config.matching import planned
 from undertow.campaign.run.checking import Checker
 from undertow.campaign.starting import start
+from undertow.campaign.starting.indexed import find_index
 from undertow.campaign.starting.names import read_names
 from undertow.conditioning.agreement import Disagreement
 from undertow.errors import ConfigError, UndertowError
@@ -336,6 +337,20 @@ def test_a_condition_of_the_index_that_parts_bodies_parts_groups(tmp_path: Path)
     config = load(done.path)
     assert (config.recordings.index_column, config.trials.group_by) == ("recording", ("ballast_kg",))
     assert "groups go by ballast_kg too" in done.path.read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("column", "shared"),
+    [("Wasser_tiefe", True), ("water", True), ("rig", True), ("right_mm", False), ("filler", False), ("x0_mm", False)],
+)
+def test_names_of_columns_say_what_groups_share(tmp_path: Path, column: str, shared: bool) -> None:
+    for at in range(4):
+        (tmp_path / f"v{at}.csv").write_text("t,x", encoding="utf-8")
+    rows = [f"v{at}.csv,{at % 2 + 1}" for at in range(4)]
+    (tmp_path / "trials.csv").write_text("\n".join([f"file,{column}", *rows]), encoding="utf-8")
+    found = find_index(tmp_path, [f"v{at}.csv" for at in range(4)] + ["trials.csv"])
+    assert found is not None
+    assert found.named.group_by == ((column,) if shared else ())
 
 
 def test_a_table_that_names_a_few_recordings_is_no_index(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import importlib.util
+import json
 import pickle
 import warnings
 
@@ -440,6 +441,10 @@ def test_a_prescribed_law_with_a_state_of_its_own_is_fitted(law, numbers):
     for name, value in numbers.items():
         row = found.parameters.loc[f"{law}_{name}"]
         assert abs(row["value"] - value) < max(4.0 * row["stderr"], 0.002 * value)
+    written = next(one for one in json.loads(found.to_json())["terms"] if one["name"] == law)["parameters"]
+    assert {name: written[name]["stderr"] for name in numbers} == {
+        name: pytest.approx(found.parameters.loc[f"{law}_{name}", "stderr"]) for name in numbers
+    }
     assert found.score(unseen) > 0.99
 
 

@@ -56,7 +56,7 @@ def trials(*misfits: float) -> tuple[SimpleNamespace, SimpleNamespace]:
     fitted = tuple(SimpleNamespace(name=name, t=np.zeros(2), channels=(channel,)) for name in names)
     solution = SimpleNamespace(problem=SimpleNamespace(trials=fitted), residuals=[np.ones(2)] * len(misfits))
     fit = SimpleNamespace(solution=solution, misfits=dict(zip(names, misfits, strict=True)))
-    motions = tuple(SimpleNamespace(name=name) for name in names)
+    motions = tuple(SimpleNamespace(name=name, amplitude=0.05) for name in names)
     return SimpleNamespace(member=SimpleNamespace(motions=motions), held=()), fit
 
 
@@ -69,6 +69,14 @@ def test_one_trial_stands_out_where_the_next_leaves_far_less(misfits: tuple[floa
     assert (found.name if found else "") == name
     if found:
         assert found == Alone(name, pytest.approx(0.03), max(misfits))
+
+
+@pytest.mark.parametrize(("release", "physics"), [(0.05, False), (0.052, False), (0.06, True)])
+def test_what_the_largest_release_alone_meets_may_be_physics(release: float, physics: bool) -> None:
+    case, fit = trials(1.0, 1.0, 400.0)
+    case.member.motions[2].amplitude = release
+    found = one_alone(case, fit)
+    assert (found.largest, "as a stop" in found.words) == (physics, physics)
 
 
 def test_trials_of_other_groups_do_not_count() -> None:

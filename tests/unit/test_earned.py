@@ -14,6 +14,7 @@ from undertow.comparison.level import Addend
 from undertow.comparison.null_test import NullTest, SuspectTest
 from undertow.comparison.search import _Search
 from undertow.comparison.suspect import Addition
+from undertow.discrepancy.alone import Alone
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import Closeness, posterior
 from undertow.discrepancy.dry_check import DryAnswer
@@ -192,6 +193,23 @@ def test_what_is_left_far_above_noise_is_no_green_however_much_trials_differ(mon
         assert (said.status, "a sensor that wanders" in said.because) == ("cannot_tell", True)
 
 
+@pytest.mark.parametrize(
+    ("all_trials", "largest", "status"),
+    [(0.01, False, "cannot_tell"), (0.01, True, "cannot_tell"), (0.05, False, "cannot_tell"), (0.05, True, "unknown")],
+)
+def test_one_trial_that_is_not_followed_bars_green_and_hides_no_physics(monkeypatch, all_trials, largest, status):
+    null = SimpleNamespace(names=(), suspects=(), score=0.0, out="", aside=False, fit=no_trial(400.0))
+    monkeypatch.setattr("undertow.discrepancy.decision.left_share", lambda fit: all_trials)
+    one = Alone("r4", 0.06, 400.0, largest)
+    monkeypatch.setattr("undertow.discrepancy.decision.one_alone", lambda case, fit: one)
+    said = judged(GREEN, case(), diagnosis(null=null), True, beside(0.4))
+    assert (said.status, one.words in said.because) == (status, status == "cannot_tell")
+    little = replace(one, share=0.01)
+    monkeypatch.setattr("undertow.discrepancy.decision.one_alone", lambda case, fit: little)
+    monkeypatch.setattr("undertow.discrepancy.decision.left_share", lambda fit: 0.01)
+    assert judged(GREEN, case(), diagnosis(null=null), True, beside(0.4)).status == "nothing_missing"
+
+
 def test_what_wanders_is_no_unknown_physics(monkeypatch):
     null = SimpleNamespace(score=0.0, fit=no_trial(4.0))
     assert judged(UNKNOWN, case(), diagnosis(null=null), True, beside(0.3)).status == "unknown"
@@ -199,6 +217,9 @@ def test_what_wanders_is_no_unknown_physics(monkeypatch):
     said = judged(UNKNOWN, case(), diagnosis(null=null), True, beside(0.3))
     assert said.status == "cannot_tell"
     assert "slower than the motion" in said.because
+    one = Alone("r4", 0.38, 100.0)
+    monkeypatch.setattr("undertow.discrepancy.decision.one_alone", lambda case, fit: one)
+    assert judged(UNKNOWN, case(), diagnosis(null=null), True, beside(0.3)).because == one.words
     assert judged(UNKNOWN, case(), diagnosis(null=null), True, beside(0.001)).status == "unknown"
 
 

@@ -117,6 +117,14 @@ def test_of_a_large_campaign_the_dry_groups_and_the_loudest_are_kept_and_all_are
     assert len(kept.extent.sizes) == GROUPS_SHOWN
 
 
+def test_a_sensor_s_fault_is_nothing_that_the_equation_leaves_out(config: RunConfig) -> None:
+    kept = Gathered(config)
+    _, group = dry_and_open()
+    verdict = replace(group.verdict, status="explained", verdict=("clipping",), origin="instrument")
+    kept.add(part(replace(group, verdict=verdict)))
+    assert kept.findings({}).across_groups == "Not the motion but a sensor shows: clipping."
+
+
 @pytest.mark.parametrize(
     ("status", "alternatives", "said"),
     [

@@ -50,5 +50,7 @@ def test_one_trial_of_another_clock_is_named_and_its_group_is_not_lost() -> None
     assert "is its time in another unit? correct it for this file (recordings.layouts)" in said[1]
     assert list(misplaced({WATER: motions[2:]})) == ["t5"]
     assert misplaced({WATER: motions[3:]}) == {}
+    scattered = [*trials([1.0, 0.98, 0.35], 1), motions[-1]]  # such a group says nothing of what a period should be
+    assert misplaced({WATER: scattered}) == {}
     two = [*motions[:2], *trials([40.0, 41.0], 6)]  # which of them is wrong nobody can say
     assert misplaced({WATER: two}) == {}

@@ -14,6 +14,7 @@ from undertow.discrepancy.verdict import Described, Verdict
 from undertow.equation import registry
 from undertow.equation.equation import Equation, equation_15
 from undertow.errors import IdentificationError
+from undertow.front.run_prediction import StoredEquation
 from undertow.likelihood.fit import Specimen
 from undertow.quantities import Estimate
 
@@ -99,6 +100,35 @@ def test_inner_numbers_of_a_prescribed_law_are_the_refitted_ones():
     assert values(found) == {
         "stiffness": 400.0, "drag_exponent": 2.99, "hysteresis": 80.0, "cubic_stiffness": 6010.0,
     }  # fmt: skip
+
+
+def test_errors_of_inner_numbers_go_along():
+    drag = registry.find("drag_exponent", exponent=1.5)
+    given = Equation((registry.find("stiffness"), drag), (400.0, 3.0), 4.0)
+    inner = {"drag_exponent_exponent": Estimate(1.5, 0.01)}
+    after = inner | {"drag_exponent_exponent": Estimate(1.6, 0.02), "cubic_stiffness.N_per_m3": Estimate(60.0, 5.0)}
+    said = replace(verdict("cubic_stiffness", **after), baseline=Described(0.1, 0.1, inner))
+    errors = repaired_errors(given, {"stiffness": 2.0}, said, SPECIMEN)
+    assert errors == {
+        "stiffness": 2.0, "drag_exponent.exponent": 0.02, "cubic_stiffness": 5.0, "cubic_stiffness.N_per_m3": 5.0,
+    }  # fmt: skip
+    group = replace(small_findings().groups[1], equation=given, equation_errors={"stiffness": 2.0}, verdict=said)
+    versions = equations_entry(group)["versions"]
+    found = {
+        name: [row["stderr"] for row in version["rows"] if row["parameter"] == "exponent"]
+        for name, version in versions.items()
+    }  # fmt: skip
+    assert found == {"baseline": [0.01], "augmented": [0.02]}
+
+
+def test_a_law_that_stands_twice_has_no_error_when_read_back():
+    """The second resonator's error had stood at both."""
+    numbers = {f"hidden_resonator{n}.{name}": e for n in ("", "#2") for name, e in WATER.items()}
+    said = verdict("hidden_resonator", "hidden_resonator", **numbers)
+    group = replace(small_findings().groups[1], equation=PRESCRIBED, equation_errors=ERRORS, verdict=said)
+    errors = StoredEquation(equations_entry(group)).errors
+    assert not [name for name in errors if name.startswith("hidden_resonator")]
+    assert errors["added_mass"] == 40.0
 
 
 def test_what_is_described_beside_what_nobody_knows_stands_in_the_equation():

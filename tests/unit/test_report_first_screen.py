@@ -283,6 +283,8 @@ def test_an_answer_that_larger_sets_hold_has_their_probability_beside_its_own():
     held = Gate("outweighed", "probability of the names that are said", 0.9999, 0.5, True)
     verdict = Verdict({}, (), status="explained", posterior=1e-20, decision=(held,))
     assert posterior_words(verdict).endswith("probability of under 1 %, and all sets that hold these over 99 %")
+    exactly = tuple(replace(g, lacking="beside") if g.gate == "outweighed" else g for g in verdict.decision)
+    assert "all sets that hold" not in posterior_words(replace(verdict, decision=exactly))  # it asked for this one
     assert posterior_words(replace(verdict, status="unknown")) == ""
 
 

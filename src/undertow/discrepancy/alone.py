@@ -26,22 +26,28 @@ STANDS_OUT = 4.0
 FEWEST = 3
 """Trials of which one can stand out."""
 
+LARGEST = 1.05
+"""Times the next release by which one is the largest: what it meets that no other does may be physics (a stop)."""
+
 
 @dataclass(frozen=True)
 class Alone:
-    """A trial's ``name``, the ``share`` of its motion that is left, and what is left over its noise, in variance."""
+    """A trial's ``name``, the ``share`` of its motion that is left, what is left over its noise, in variance, and
+    whether it is the ``largest`` release of its group."""
 
     name: str
     share: float
     misfit: float
+    largest: bool = False
 
     @property
     def words(self) -> str:
         """The same as a reason, with what to do."""
+        meets = "; being the largest release it may meet what no other does, as a stop" if self.largest else ""
         return (
             f"k, c and mu of its own leave {percent(self.share)} of the motion of trial {self.name}, "
             f"{math.sqrt(self.misfit):.3g} times its sensors' noise, and far less of the others: look at its file "
-            "(filtered, samples lost, a knock), or leave it out (recordings.exclude)"
+            f"(filtered, samples lost, a knock), or leave it out (recordings.exclude){meets}"
         )
 
 
@@ -54,7 +60,10 @@ def one_alone(case: Case, null: JointFit) -> Alone | None:
     if len(own) < FEWEST:
         return None
     first, second, *_ = sorted(own, key=lambda one: -one.misfit)
-    return first if first.misfit > max(FAR_ABOVE_NOISE, STANDS_OUT * second.misfit) else None
+    if first.misfit <= max(FAR_ABOVE_NOISE, STANDS_OUT * second.misfit):
+        return None
+    sizes = {motion.name: motion.amplitude for motion in (*case.member.motions, *case.held)}
+    return replace(first, largest=sizes.pop(first.name) > LARGEST * max(sizes.values()))
 
 
 def _held(case: Case, null: JointFit) -> list[Alone]:

@@ -239,7 +239,8 @@ def _left_over(case: Case, diagnosis: LevelDiagnosis) -> Gate:
     wandering = share > LEFT_SHARE and wanders(fit)
     because += ": a sensor that wanders, or the ground" if wandering else ""
     lacking = "more" if wandering else "left"
-    if (one := one_alone(case, fit)) is not None and one.share > LEFT_SHARE:
+    one = one_alone(case, fit)
+    if one is not None and one.share > LEFT_SHARE and not (one.largest and lacking == "left" and share > LEFT_SHARE):
         share, lacking, because = one.share, "alone", one.words
     statistic = "share of the motion left, k, c, mu of each trial's own, where that is more than noise"
     return Gate("nothing_left", statistic, share, LEFT_SHARE, share <= LEFT_SHARE, because, lacking, GREEN)

@@ -38,11 +38,11 @@ def repaired_equation(prescribed: Equation, verdict: Verdict, specimen: Specimen
         mass = numbers["total_mass_kg"].value
     laws = _laws(verdict)
     replaced, given_back = _taken(laws, numbers)
-    moved = {}
+    taken_along, moved = _moved(laws), {}
     for term, value in zip(prescribed.terms, prescribed.coefficients, strict=True):
         slot = term.slots.get(term.coefficient.name, "")
         refitted = _refitted(term.name, value, numbers, specimen) + given_back.get(slot, 0.0)
-        if slot in _moved(laws):
+        if slot in taken_along:
             moved[slot] = refitted
         elif slot not in replaced:
             terms.append(_with_inner(term, refitted, numbers))

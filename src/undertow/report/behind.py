@@ -61,7 +61,7 @@ def posterior_words(verdict: Verdict) -> str:
     computed; empty where nothing is explained."""
     if verdict.status != "explained" or not math.isfinite(verdict.posterior):
         return ""
-    held = [gate.value for gate in verdict.decision if gate.gate == "outweighed"]
+    held = [gate.value for gate in verdict.decision if gate.gate == "outweighed" and gate.lacking != "beside"]
     more = f", and all sets that hold these {wording.confidence_words(held[0])}" if held else ""
     return (
         "Of all sets of laws that were fitted here, those excluded by the conditions below included, exactly this one "

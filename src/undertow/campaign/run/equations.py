@@ -28,6 +28,7 @@ from undertow.report.verdict_file import CONTRACT, plain
 FEWEST_TRIALS = 4
 """Trials of a group from which on their free runs say how much differs from trial to trial."""
 
+
 def equations_entry(group: GroupFindings, stated: Mapping[str, float] | None = None) -> dict[str, Any]:
     """One group's equations: the prescribed one, and the repaired one where what was found is a law of motion.
 

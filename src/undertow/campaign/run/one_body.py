@@ -77,8 +77,7 @@ def apart(swings: Sequence[Swing]) -> bool:
 
 def bodies(swings: Sequence[Swing]) -> int:
     """How many bodies trials are of, by gaps between their periods."""
-    periods = sorted(one.period_s for one in swings)
-    return 1 + sum(after > APART * before for before, after in pairwise(periods))
+    return len(_lots(swings))
 
 
 def parted_by(swings: Sequence[Swing]) -> str:
@@ -99,17 +98,17 @@ def not_one_body(group: GroupFindings) -> str:
     """That a group which is not explained holds trials of other periods, and what parts them; empty where it is one
     body's, or no condition has a value for each period: one with a gap, or two that swing together, have many.
     """
-    swings = sorted(swings_of([trial.motion for trial in group.trials]), key=lambda one: one.period_s)
+    swings = swings_of([trial.motion for trial in group.trials])
     if group.verdict.status in ("nothing_missing", "explained") or not apart(swings):
         return ""
     name, lots = parted_by(swings), _lots(swings)
-    told = bool(name) and len({one.conditions[name] for one in swings}) == bodies(swings)
+    told = bool(name) and len({one.conditions[name] for one in swings}) == len(lots)
     if not told and not _many_bodies(lots):
         return ""
     key = f"set trials.group_by: [{', '.join((*group.key, name))}]" if told else (
         "give every trial its condition, as a column of an index or a part of its name, and set trials.group_by"
     )  # fmt: skip
-    first, *_, last = swings
+    first, last = lots[0][0], lots[-1][-1]
     return (
         f"trial {first.name} swings at a period of {first.period_s:.3g} s and {last.name} at {last.period_s:.3g} s, "
         f"more than {100.0 * (APART - 1.0):.0f} % apart{'' if told else ', and none between'}: these are not one body "
@@ -119,11 +118,11 @@ def not_one_body(group: GroupFindings) -> str:
 
 def _lots(swings: Sequence[Swing]) -> list[list[Swing]]:
     """Trials in order of their periods, parted where these lie apart."""
-    lots = [[swings[0]]]
-    for before, after in pairwise(swings):
-        if after.period_s > APART * before.period_s:
+    lots: list[list[Swing]] = []
+    for one in sorted(swings, key=lambda one: one.period_s):
+        if not lots or one.period_s > APART * lots[-1][-1].period_s:
             lots.append([])
-        lots[-1].append(after)
+        lots[-1].append(one)
     return lots
 
 

@@ -40,6 +40,9 @@ RIG = (
 )  # fmt: skip
 """The same of columns that say which spring or set-up."""
 
+SHORT = 4
+"""Letters of a word that must stand whole."""
+
 
 @dataclass(frozen=True)
 class Indexed:
@@ -81,9 +84,8 @@ def _as_index(folder: Path, name: str, files: Sequence[str]) -> Indexed | None:
         for ending in ("", *sorted({suffix_of(Path(one)) for one in others})):
             listed = {cell + ending for cell in cells if cell} & others
             if len(listed) > 1 and len(listed) >= NAMED * len(rows):
-                plain = not ending
-                key, value = ("index_column", column) if plain else ("file", f"{{{column}}}{ending}")
-                if plain or re.fullmatch(r"\w+", column):
+                key, value = ("file", f"{{{column}}}{ending}") if ending else ("index_column", column)
+                if not ending or re.fullmatch(r"\w+", column):
                     used = [row for row, cell in zip(rows, cells, strict=True) if cell + ending in others]
                     return Indexed(name, key, value, frozenset(listed), _meaning(index, column, used))
     return None
@@ -100,9 +102,10 @@ def _meaning(index: Index, column: str, rows: Sequence[Mapping[str, str]]) -> Na
 
 
 def _begins(name: str, beginnings: tuple[str, ...]) -> bool:
-    """Whether a word of a column's name begins so."""
+    """Whether a word of a column's name begins so; a beginning of `SHORT` letters stands whole (no "right")."""
     words = re.split(r"[\W_0-9]+", name.lower())
-    return any(word.startswith(beginnings) for word in words if word)
+    long = tuple(one for one in beginnings if len(one) > SHORT)
+    return any(word in beginnings or word.startswith(long) for word in words)
 
 
 def _is_water(name: str, values: Sequence[Condition]) -> bool:

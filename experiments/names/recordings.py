@@ -24,7 +24,7 @@ def record(campaign: Campaign, trial: Trial) -> dict[str, Floats]:
     The accelerometer's lateness, a gain, a drift or a cut are there where the campaign hides them.
     """
     plan = campaign.plan
-    rng = np.random.default_rng([plan.seed, 6, trial.order])
+    rng = np.random.default_rng([plan.chances, 6, trial.order])
     hold = rng.uniform(*HOLD_S)
     error = rng.uniform(-0.5, 0.5) / plan.rate_hz
     fine = np.arange(round((hold + plan.seconds) * FASTEST_HZ)) / FASTEST_HZ
@@ -41,7 +41,7 @@ def record(campaign: Campaign, trial: Trial) -> dict[str, Floats]:
     read: dict[str, Floats] = {}
     for place, (sensor, quantity) in enumerate(zip(plan.rig.sensors, quantities, strict=True)):
         gain = gains.get(sensor.column, 1.0) * (1.0 + campaign.sizes.get("gain_error", 0.0) * (place == 1))
-        own = np.random.default_rng([plan.seed, 8, trial.order, place])
+        own = np.random.default_rng([plan.chances, 8, trial.order, place])
         drifted = quantity + _drift(campaign, trial, own, fine) * (place == 0)
         read[sensor.column] = _cut(campaign, trial, place, sensors.read(own, sensor, gain, fine, drifted)[0])
     keep = slice(None, None, round(FASTEST_HZ / plan.rate_hz))

@@ -93,10 +93,15 @@ class Trial:
     order: int
 
 
+REPEATED = 500_000_000
+"""How far the chances of a repetition are from those of its campaign, as seeds."""
+
+
 @dataclass(frozen=True)
 class Plan:
     """What is tested and how: rig, springs, trials a group, dry trials a spring, rate, seconds, scatter, seed, spread
-    (largest over smallest release, at most the rig's own)."""
+    (largest over smallest release, at most the rig's own). A ``repetition`` is the same rig in the same water once
+    more, with chances of its own."""
 
     seed: int
     rig: Rig = FLUME
@@ -107,7 +112,13 @@ class Plan:
     seconds: float = 12.0
     scatter: str = "careful"
     spread: float = math.inf
+    repetition: int = 0
     water: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def chances(self) -> int:
+        """The seed of what differs between repetitions: scatter of trials, releases reached, clocks, noise."""
+        return self.seed + REPEATED * self.repetition
 
     def trials(self) -> tuple[Trial, ...]:
         """All trials, dry ones first, releases in geometric steps from the largest down."""

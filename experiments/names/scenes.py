@@ -41,7 +41,7 @@ class Campaign:
         numbers = self.plan.means(trial)
         scene = make_scene(self.plan, trial)
         if scattered:
-            rng = np.random.default_rng([self.plan.seed, 3, trial.order])
+            rng = np.random.default_rng([self.plan.chances, 3, trial.order])
             for slot, symbol in (("k", "k"), ("c", "c"), ("fc", "mu")):
                 share = SCATTER[self.plan.scatter][symbol] * rng.standard_normal()
                 numbers[slot] *= max(1.0 + share, 0.2)
@@ -52,7 +52,7 @@ class Campaign:
 
     def released(self, trial: Trial) -> float:
         """Release reached: within 2 % of the one intended."""
-        rng = np.random.default_rng([self.plan.seed, 4, trial.order])
+        rng = np.random.default_rng([self.plan.chances, 4, trial.order])
         return trial.x0 * (1.0 + rng.uniform(-0.02, 0.02))
 
 
@@ -71,7 +71,7 @@ def make_scene(plan: Plan, trial: Trial) -> Scene:
         "largest": plan.rig.springs[chosen].releases[1],
         "stiffest": max(plan.rig.springs[s].k for s in plan.springs),
     }
-    mine = np.random.default_rng([plan.seed, 5, trial.order])
+    mine = np.random.default_rng([plan.chances, 5, trial.order])
     own = {"phase": mine.uniform(), "normal": mine.standard_normal(), "other": mine.uniform()}
     largest = plan.rig.springs[trial.spring].releases[1]
     same = [t for t in wet if t.spring == trial.spring]

@@ -11,6 +11,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from undertow.errors import UndertowError
+
 if TYPE_CHECKING:
     from undertow.front.diagnosing import diagnose
     from undertow.front.discovering import Discover
@@ -25,8 +27,8 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 __all__ = [
-    "Discover", "Trials", "__version__", "diagnose", "fit", "fit_driven", "fit_response", "frequency_response", "load",
-    "open", "predict", "read", "simulate",
+    "Discover", "Trials", "UndertowError", "__version__", "diagnose", "fit", "fit_driven", "fit_response",
+    "frequency_response", "load", "open", "predict", "read", "simulate",
 ]  # fmt: skip
 
 _HOMES = {

@@ -43,6 +43,7 @@ from undertow.comparison.replicas import (
     believed_widths,
     is_of_instrument,
     left_by,
+    not_slow,
     replicas,
     spectrum_of,
     surely_wrong,
@@ -653,6 +654,53 @@ def test_what_each_trial_has_of_its_own_is_told_by_the_root_of_its_mean_square()
     assert _first_number(shared, 5.0 * np.ones(shared.width)) == 1.0
 
 
+def test_what_is_each_trial_s_own_is_as_large_in_all_of_them():
+    """Its direction is not where the recordings' noise pushes, which is most where they tell least."""
+    tone = SimpleNamespace(scope="trial", inner=False)
+    own = SimpleNamespace(
+        place=SimpleNamespace(width=2, whole=False, additions=(tone,)), step=np.array([0.1, 5.0]),
+        information=np.diag([4.0, 0.04]), inverse=np.diag([0.25, 25.0]), draws=np.zeros((2, 20)), gains=np.zeros(20),
+    )  # fmt: skip
+    _, along, size = detectable_module._smallest((), own, 2.02)
+    assert list(along) == [1.0, 1.0]
+    assert size == pytest.approx(1.0, rel=1e-6)
+    tone.scope = "shared"
+    assert list(detectable_module._smallest((), own, 2.02)[1]) == pytest.approx([0.02, 1.0])
+
+
+def test_what_is_slower_than_the_motion_does_not_show_an_effect():
+    _, fit = quiet()
+    trials = fit.solution.problem.trials
+
+    def waves(rate: float) -> list[np.ndarray]:
+        """A wave of so many times the body's rate, whole periods, in every channel of every trial."""
+        own = []
+        for trial in trials:
+            cycles = max(round(rate * trial.t.size * float(np.median(np.diff(trial.t))) / trial.period_s), 1)
+            one = np.sin(2.0 * np.pi * cycles * np.arange(trial.t.size) / trial.t.size)
+            own.append(np.tile(one, len(trial.channels)))
+        return own
+
+    slow, fast = waves(0.2), waves(1.0)
+    assert not_slow(fit.solution, slow) == pytest.approx(0.0, abs=1e-12)
+    assert not_slow(fit.solution, fast) == pytest.approx(1.0)
+    both = [2.0 * s + f for s, f in zip(slow, fast, strict=True)]
+    assert not_slow(fit.solution, both) == pytest.approx(0.2, rel=1e-6)
+    assert not_slow(fit.solution, [0.0 * one for one in fast]) == 1.0
+
+
+def test_a_relaxation_that_creeps_is_seen_by_what_is_fast_of_it():
+    level, fit = quiet()
+    suspect = found("relaxation")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(detectable_module, "not_slow", lambda *_: 1.0)
+        (every,) = null_test(level, [suspect], fit, ()).detectable
+    (fast,) = null_test(level, [suspect], fit, ()).detectable
+    assert fast.at == every.at
+    assert fast.value > 1.5 * every.value
+    assert fast.share_of_motion == pytest.approx(every.share_of_motion * fast.value / every.value)
+
+
 def test_bristles_that_are_there_are_seen_as_they_are():
     level, fit = quiet()
     suspect = found("presliding")
@@ -671,7 +719,8 @@ def test_bristles_that_are_there_are_seen_as_they_are():
 def test_an_effect_that_no_size_would_show_has_no_smallest_size(information, told):
     """The recordings do not hold it at all, or everything of it is taken up by what is free."""
     own = SimpleNamespace(
-        place=SimpleNamespace(width=1, whole=False), step=np.zeros(1), information=np.full((1, 1), information),
+        place=SimpleNamespace(width=1, whole=False, additions=()), step=np.zeros(1),
+        information=np.full((1, 1), information),
         inverse=np.full((1, 1), told / 4.0), draws=np.zeros((1, 20)), gains=np.zeros(20),
     )  # fmt: skip
     _, _, size = detectable_module._smallest((), own, 2.0)

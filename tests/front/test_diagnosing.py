@@ -207,6 +207,8 @@ def test_settings_that_cannot_be_are_refused_in_one_sentence(trials):
         undertow.diagnose(trials, PRESCRIBED, suspects=["ghost"])
     with pytest.raises(ConfigError, match="mass_kg is 'heavy'"):
         undertow.diagnose(trials, PRESCRIBED, mass_kg="heavy")
+    with pytest.raises(ConfigError, match=r"^seed is 'a' but should be a valid integer"):
+        undertow.diagnose(trials, PRESCRIBED, seed="a")
     with pytest.raises(ConfigError, match="group_by: a trial has no condition 'spring'"):
         undertow.diagnose(trials, PRESCRIBED, group_by=["spring"])
     with pytest.raises(ConfigError, match="hold_out names 'zz', and no trial is called so; there are r0, r1"):

@@ -142,6 +142,19 @@ def test_a_window_is_of_all_trials_or_of_one(decay):
         assert cut.window.end_s <= 4.0 < undertow.read(decay)[0].window.end_s
 
 
+@pytest.mark.parametrize("window", [5, (1.0,), (0.0, 1.0, 2.0), ("a", "b"), "ab"])
+def test_a_window_that_is_no_pair_of_instants_is_refused(decay, window):
+    with pytest.raises(undertow.UndertowError, match=r"^window is .*; give \(start_s, end_s\) in s, None for"):
+        undertow.read(table_of(decay), units={"x": "mm"}, names=["r1"], window=window)
+
+
+@pytest.mark.parametrize(("ask", "what"), [(undertow.load, "config"), (undertow.open, "folder")])
+@pytest.mark.parametrize("path", [None, 5, ["runs"]])
+def test_what_is_no_path_is_refused(ask, what, path):
+    with pytest.raises(undertow.UndertowError, match=f"^{what} is .*of type {type(path).__name__}; give a path"):
+        ask(path)
+
+
 # ---------------------------------------------------------------- what people hold in memory
 DAY = pd.Timestamp("2026-11-24 09:30:00")
 

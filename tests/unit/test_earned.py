@@ -48,12 +48,16 @@ def candidate(
     frees: str = "",
     error: float = 0.1,
     inner: bool = False,
+    rate: float = 0.0,
 ) -> SimpleNamespace:
     """A set of one suspect with its log evidence, which leaves so much (mean square over noise), what it becomes on its
-    bound, and the relative standard error of its coefficient."""
-    unknown = f"{name}.c_Ns_per_m"
-    solution = SimpleNamespace(problem=SimpleNamespace(names=[unknown], trials=()), stderr=lambda _: error)
-    addend = Addend(name, (Addition("c_Ns_per_m", "N s/m", "c1", 0.0, 1.0, inner=inner),))
+    bound, and the relative standard errors of its coefficient and of its frequency, if it has one."""
+    errors = {f"{name}.c_Ns_per_m": error, f"{name}.rate": rate}
+    solution = SimpleNamespace(problem=SimpleNamespace(names=list(errors), trials=()), stderr=errors.get)
+    addend = Addend(name, (
+        Addition("c_Ns_per_m", "N s/m", "c1", 0.0, 1.0, inner=inner),
+        *([Addition("rate", "rad/s", "hw1", 0.0, 1.0, inner=True)] if rate else []),
+    ))  # fmt: skip
     fit = SimpleNamespace(misfit=misfit, addends=(addend,), solution=solution, value=lambda _: -1.0)
     return SimpleNamespace(
         names=(name,), suspects=(name,), score=score, out=out, aside=aside, fit=fit,
@@ -361,6 +365,21 @@ def test_a_name_beside_unknown_that_makes_unseen_trials_worse_offers_no_free_run
     assert (said.status, said.verdict) == ("unknown", beside.verdict)
     assert said.augmented == (beside.augmented if kept else None)
     assert ("But this is not proved: sensor drift would be named" in said.sentence) != kept
+
+
+@pytest.mark.parametrize(("rate", "held"), [(0.4, True), (0.6, False)])
+def test_a_resonator_without_a_frequency_is_no_name_whatever_bars_the_answer(rate, held):
+    """Whether the dry trials lack something that nobody knows is asked first, and would keep all names."""
+    search = diagnosis(True, best=candidate("hidden_resonator", 20.0, rate=rate))
+    numbers = {"hidden_resonator": {"mass_kg": Estimate(8.0, 0.9)}}
+    one = replace(NAMED, verdict=("hidden_resonator",), parameters=numbers, augmented=Described(0.01, 0.01))
+    said = judged(one, case(dry_unknown="nobody knows for sure what is missing in the dry trials too"), search, True)
+    assert said.status == "unknown"
+    assert said.verdict == (("hidden_resonator", "unknown") if held else ("unknown",))
+    assert (said.parameters, said.augmented) == ((numbers, one.augmented) if held else ({}, None))
+    again = judged(one, case(), search, True)
+    assert (again.status == "explained") == held
+    assert ("the frequency of hidden resonator lies 1.7 standard errors from zero, counting" in again.sentence) != held
 
 
 @pytest.mark.parametrize(("error", "held"), [(0.4, True), (0.6, False)])

@@ -15,7 +15,7 @@ from undertow.campaign.run.one_body import not_one_body, strange_trial
 from undertow.campaign.run.plausible import implausible, with_doubts
 from undertow.discrepancy.findings import GroupFindings
 from undertow.likelihood.fit import Fit, Specimen
-from undertow.quantities import Estimate
+from undertow.quantities import OK, Estimate
 
 MASS_KG, K_N_PER_M = 2637.4, 109592.0
 
@@ -327,6 +327,58 @@ def test_one_trial_of_another_period_or_size_is_said_where_nothing_is_explained(
     said = strange_trial(replace(alike, trials=tuple(trials)))
     assert said.startswith("trial trial_2 is released from ")
     assert said.endswith("look at the unit of its displacement (recordings.layouts)")
+
+
+def of_stiffness(group: GroupFindings, values: list[float], outcome: str = OK) -> GroupFindings:
+    """The group in which nothing is missing, with trials of nearly one period and these stiffnesses (N/m) each."""
+    alike = off(of_periods(group, [1.4 + 0.001 * place for place in range(len(values))]), 0, 0.01)
+    trials = []
+    for trial, value in zip(alike.trials, values, strict=True):
+        fit = replace(trial.fits["output_error"], parameters={"k_N_per_m": Estimate(value, 0.1, outcome=outcome)})
+        trials.append(replace(trial, fits={"output_error": fit}))
+    return replace(alike, trials=tuple(trials))
+
+
+@pytest.mark.parametrize(("quiet", "loud", "said"), [(1e-5, 1.0, True), (1e-3, 1.0, False), (1e-5, 4.0, False)])
+def test_a_trial_with_hardly_any_noise_beside_others_may_be_filtered(quiet, loud, said):
+    """A file that a low-pass had made smooth, .97 % off and 1,400 times its own noise, had been green."""
+    plain = small_findings().groups[1]
+    alike = off(of_periods(plain, [1.4, 1.401, 1.402]), 0, 0.01)
+    trials = [
+        replace(trial, mismatch=replace(trial.mismatch, sensor_floor_nrmse=floor))
+        for trial, floor in zip(alike.trials, (0.01, quiet, 0.01 * loud), strict=True)
+    ]
+    found = strange_trial(replace(alike, trials=tuple(trials)))
+    assert found.startswith("trial trial_2 has 1000 times less noise than the others of its group: it may") is said
+    assert (found == "") is not said
+    assert strange_trial(replace(alike, trials=tuple(trials)), ("trial_2",)) == ""
+    assert strange_trial(replace(alike, trials=tuple(trials[:2]))) == ""  # of two nobody knows which
+
+
+def test_one_trial_whose_own_stiffness_is_far_from_many_others_is_not_green():
+    """A body 2 % heavier in one trial of six had been green at 99 %, its period .98 % off."""
+    plain = small_findings().groups[1]
+    lighter = of_stiffness(plain, [1099.6, 1100.0, 1100.2, 1101.4, 1079.2])
+    said = strange_trial(lighter)
+    assert said.startswith(
+        "trial trial_5 has 1.9 % less stiffness over its mass than any other of its group, and these lie within 0.16 %"
+    )
+    (found,), _ = with_doubts([lighter])
+    assert found.verdict.status == "cannot_tell"
+    heavier = of_stiffness(plain, [1099.6, 1100.0, 1120.0, 1100.2, 1101.4])
+    assert "trial trial_3 has 1.7 % more stiffness" in strange_trial(heavier)
+    assert strange_trial(lighter, ("trial_5",)) == ""
+    of_six = of_stiffness(plain, [1099.6, 1100.0, 1100.2, 1101.4, 1100.9, 1089.0])
+    assert "trial trial_6 has 0.97 % less stiffness" in strange_trial(of_six)
+    assert strange_trial(replace(lighter, verdict=replace(lighter.verdict, status="unknown"))) == ""
+    for fine in (
+        of_stiffness(plain, [1099.6, 1100.0, 1101.4, 1079.2]),  # of four one may lie so
+        of_stiffness(plain, [1099.6, 1100.0, 1100.2, 1101.4, 1100.9, 1092.0]),  # within five times, of six
+        of_stiffness(plain, [1099.6, 1100.0, 1100.2, 1101.4, 1086.0]),  # within eight times the others' range
+        of_stiffness(plain, [1099.6, 1099.7, 1099.8, 1099.9, 1096.0]),  # as little as rigs scatter
+        of_stiffness(plain, [1099.6, 1100.0, 1100.2, 1101.4, 1079.2], outcome="on a bound"),
+    ):
+        assert strange_trial(fine) == ""
 
 
 @pytest.mark.parametrize(

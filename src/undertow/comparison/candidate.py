@@ -253,13 +253,20 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
     return _feeds(level, fit, before)
 
 
-def errors_from_zero(fit: JointFit, addend: Addend) -> float:
-    """Standard errors by which a law's coefficient is distinct from zero, of several the most; inf where none is what
-    all trials share."""
+def errors_from_zero(fit: JointFit, addend: Addend) -> dict[str, float]:
+    """Standard errors by which a law's coefficient ("") is distinct from zero, of several the most, and its
+    "frequency"; empty where the coefficient is not what all trials share."""
     leading = next((a for a in addend.additions if not a.inner), None)
     if leading is None or leading.scope == "trial":
-        return math.inf
-    sizes = [abs(fit.value(n)) / e for n in _names_of(fit, addend, leading) if (e := fit.solution.stderr(n)) > 0.0]
+        return {}
+    rate = next((a for a in addend.additions if a.inner and a.unit == "rad/s"), None)
+    asked = {"": leading} if rate is None else {"": leading, "frequency": rate}
+    return {what: _most_errors(fit, addend, a) for what, a in asked.items()}
+
+
+def _most_errors(fit: JointFit, addend: Addend, a: Addition) -> float:
+    """The most standard errors by which one of an addition's unknowns is distinct from zero; inf where none has any."""
+    sizes = [abs(fit.value(n)) / e for n in _names_of(fit, addend, a) if (e := fit.solution.stderr(n)) > 0.0]
     return max(sizes, default=math.inf)
 
 

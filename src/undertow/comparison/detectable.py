@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from undertow.comparison.replicas import not_slow
 from undertow.comparison.score_stack import Scored, Stack
 from undertow.comparison.score_test import GridPlace
 from undertow.comparison.suspect import Addition
@@ -24,6 +25,9 @@ NAMED = math.log(99.0)
 """Log odds over every other suspect from which an effect has a name."""
 
 HALVINGS = 40
+
+LEAST_NOT_SLOW = 1e-6
+"""Share of an effect that is at least held to be faster than a sensor wanders: no transform is more exact."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,7 @@ def detectable(
     place = best.place
     if not place.additions or math.isnan(size):
         return None
+    size /= 1.0 if place.whole else math.sqrt(_not_slow(stack, place, along))
     first = _first(place)
     share = float(best.measure.of_free_run(size * along[:, None])[0]) * allowed
     named = max(size, _told_apart(stack, scored, best, along))
@@ -62,9 +67,10 @@ def detectable(
 
 
 def _smallest(own: Sequence[Scored], best: Scored, threshold: float) -> tuple[Scored, Array, float]:
-    """A suspect's best place, the direction of its effect there and the smallest size that would be detected; nan where
-    none would be."""
-    along = best.step if np.any(best.step) else np.ones(best.place.width)
+    """A suspect's best place, the direction of its effect there (what is each trial's own: as large in all of them) and
+    the smallest size that would be detected; nan where none would be."""
+    of_trials = any(a.scope == "trial" for a in best.place.additions if not a.inner)
+    along = best.step if np.any(best.step) and not of_trials else np.ones(best.place.width)
     along = along / np.max(np.abs(along), initial=1e-300)
     square = 0.5 * float(along @ best.information @ along)
     seen = _seen(best, along, threshold)
@@ -80,6 +86,16 @@ def _smallest(own: Sequence[Scored], best: Scored, threshold: float) -> tuple[Sc
     for middle in (0.5 * (low + high) for _ in range(HALVINGS)):
         low, high = (low, middle) if seen(middle) else (middle, high)
     return best, along, high
+
+
+def _not_slow(stack: Stack, place: GridPlace, along: Array) -> float:
+    """Share of what an effect leaves, everything that stands moving along, that is no slower than a sensor that wanders
+    may be: such a sensor would show the rest as well."""
+    moved = -stack.stands.inverse @ (place.cross @ along)
+    solution = stack.stands.fit.solution
+    every = zip(place.columns, solution.jacobians, solution.used, strict=True)
+    left = [columns @ along[where] + jac @ moved[used] for (columns, where), jac, used in every]
+    return max(not_slow(solution, left), LEAST_NOT_SLOW)
 
 
 def _smallest_whole(own: Sequence[Scored], best: Scored, threshold: float) -> tuple[Scored, Array, float]:

@@ -132,6 +132,16 @@ def surely_wrong(solution: Solution, left: Sequence[Array]) -> float:
     return max(min(above_others, float(above_quiet)), 0.0)
 
 
+def not_slow(solution: Solution, left: Sequence[Array]) -> float:
+    """Share of squares (rows,) of every trial that is no slower than what sensors wander by."""
+    fast = every = 0.0
+    for trial, r in zip(solution.problem.trials, left, strict=True):
+        for series in np.split(r, len(trial.channels)):
+            lines = _power(series)
+            fast, every = fast + float(np.sum(lines[_rate(trial) > WANDERING])), every + float(np.sum(lines))
+    return fast / every if every > 0.0 else 1.0
+
+
 def _power(series: Array) -> Array:
     """Power of a series (n,) at every frequency of its transform but zero: n on average for white noise of one."""
     return np.asarray(np.abs(np.fft.rfft(series)[1:]) ** 2, dtype=np.float64)

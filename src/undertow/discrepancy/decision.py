@@ -284,12 +284,17 @@ def _comes_closer(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tu
     return tuple([g for g in found if not g.passed][:1] or sorted(found, key=lambda g: -g.value)[:1])
 
 
-def indistinct(diagnosis: LevelDiagnosis) -> dict[str, float]:
-    """Names of laws that were added and are not distinct from zero by their errors as printed, with how many standard
-    errors they are away."""
-    fit = diagnosis.best.fit
-    away = {addend.prefix: errors_from_zero(fit, addend) for addend in fit.addends[-len(diagnosis.best.suspects) :]}
-    return {prefix.partition("#")[0]: one for prefix, one in away.items() if one < DISTINCT}
+def indistinct(diagnosis: LevelDiagnosis) -> dict[str, str]:
+    """Names of laws that were added and are not distinct from zero, or whose frequency is not, by their errors as
+    printed, with what lies how many standard errors away."""
+    fit, found = diagnosis.best.fit, {}
+    for addend in fit.addends[-len(diagnosis.best.suspects) :]:
+        name = addend.prefix.partition("#")[0]
+        for what, away in errors_from_zero(fit, addend).items():
+            if away < DISTINCT:
+                of = f"the {what} of " if what else ""
+                found[name] = f"{of}{name.replace('_', ' ')} lies {away:.2g} standard errors from zero"
+    return found
 
 
 def _distinct(case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
@@ -299,10 +304,7 @@ def _distinct(case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
     if not diagnosis.named or case.member.free_start:  # a free start trades places with a mass
         return ()
     vague = indistinct(diagnosis)
-    because = ", ".join(
-        f"{name.replace('_', ' ')} lies {away:.2g} standard errors from zero, counting how much it moves from trial to "
-        "trial" for name, away in vague.items()
-    )
+    because = ", ".join(f"{words}, counting how much it moves from trial to trial" for words in vague.values())
     statistic = "laws that are named and not distinct from zero, counting how much trials differ"
     return (Gate("distinct", statistic, float(len(vague)), 0.0, not vague, because, "distinct", (*NAMED, "unknown")),)
 

@@ -164,7 +164,7 @@ def no_scatter(groups: Sequence[GroupFindings]) -> str:
     against orders drawn at random: the few trials of one group would not show it. Less than `WORTH_SAYING` is not said.
     """
     green = [g for g in groups if g.verdict.status == "nothing_missing"]
-    found = [rows for rows in (_rates(g) for g in green) if len(rows) >= FEWEST_RANKED]
+    found = [rows for rows in ([row[1:] for row in rates(g)] for g in green) if len(rows) >= FEWEST_RANKED]
     for along, words in ((1, "with the size of the release"), (2, "in the order of the trials' names")):
         pairs = [(np.array([r[0] for r in rows]), np.array([r[along] for r in rows])) for rows in found]
         if not pairs or any(float(np.ptp(size)) == 0.0 for _, size in pairs):
@@ -186,15 +186,16 @@ def no_scatter(groups: Sequence[GroupFindings]) -> str:
     return ""
 
 
-def _rates(group: GroupFindings) -> list[tuple[float, float, float]]:
-    """Logarithm of stiffness over mass, logarithm of the release and place among the names, of every trial fitted."""
+def rates(group: GroupFindings) -> list[tuple[str, float, float, float]]:
+    """Name, logarithm of stiffness over mass, logarithm of the release and place among the names, of every trial that
+    was fitted."""
     rows = []
     for place, trial in enumerate(sorted(group.trials, key=lambda one: one.motion.name)):
         numbers = trial.fits[METHOD].parameters if METHOD in trial.fits else {}
         moved = [(numbers.get("k_N_per_m"), 1.0), (numbers.get("total_mass_kg"), -1.0)]
         rate = [sign * math.log(e.value) for e, sign in moved if e is not None and e.outcome == OK and e.value > 0.0]
         if len(rate) == len([e for e, _ in moved if e is not None]) > 0:
-            rows.append((sum(rate), math.log(trial.motion.amplitude), float(place)))
+            rows.append((trial.motion.name, sum(rate), math.log(trial.motion.amplitude), float(place)))
     return rows
 
 

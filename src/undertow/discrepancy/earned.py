@@ -80,7 +80,7 @@ def earned(
         if gate.lacking == "stands_out":
             return _standing_out(verdict, case, diagnosis, tested, in_air)
         if gate.lacking in NO_ANSWER_BUT and verdict.status != "nothing_missing":
-            vague = indistinct(diagnosis) if gate.lacking == "distinct" else {}
+            vague = indistinct(diagnosis) if any(g.gate == "distinct" and not g.passed for g in decision) else ()
             return _not_the_answer(verdict, case, gate, vague)
         said = without_answer(verdict, case, gate.because, gate.lacking)
         return replace(said, contradicted=bool(case.contradiction))
@@ -105,6 +105,8 @@ def _not_the_answer(verdict: Verdict, case: Case, gate: Gate, vague: Collection[
     if gate.lacking in ("further", "outweighed"):  # describes nothing, or less likely than not: no name
         return replace(said, verdict=("unknown",), parameters={}, augmented=None)
     names = *(name for name in verdict.verdict if name not in (*vague, "unknown")), "unknown"
+    if vague and len(names) == 1:
+        return replace(said, verdict=names, parameters={}, augmented=None)
     return replace(said, verdict=names, augmented=None if gate.lacking == "unseen" else said.augmented)
 
 

@@ -135,9 +135,9 @@ def diagnose(
             "equation": {"terms": known or None},
             "discrepancy": {"suspects": suspects, "budget": budget},
         },
+        seed=seed,
     )
     _must_be_there(given, config, hold_out, dry)
-    config = config if seed is None else with_settings(config, {}).model_copy(update={"seed": seed})
     own = terms if any(term.name not in registered() for term in terms) else None
     findings = run(config, jobs, given=Read(given.motions, given.failed, given.accepted, given.found), terms=own)
     groups = tuple(DiagnosedGroup(group, _of_group(given, group.verdict.trials, config)) for group in findings.groups)

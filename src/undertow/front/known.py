@@ -8,6 +8,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
+from os import PathLike, fspath
+from pathlib import Path
 from typing import Any, TypedDict
 
 from pydantic import ValidationError
@@ -93,8 +95,15 @@ def terms_of(equation: Sequence[str | Term] | Equation) -> tuple[Term, ...]:
     return terms
 
 
-def with_settings(config: RunConfig, changes: Mapping[str, Mapping[str, Any]]) -> RunConfig:
-    """The config with keys of its sections replaced (None: left as they are), checked as a whole.
+def place_of(said: object, what: str) -> Path:
+    """A path that was given as ``what``; ConfigError where it is none."""
+    if isinstance(said, (str, PathLike)):
+        return Path(fspath(said))
+    raise ConfigError(f"{what} is {shown(said)}, of type {type(said).__name__}; give a path, as in 'runs/flume'")
+
+
+def with_settings(config: RunConfig, changes: Mapping[str, Mapping[str, Any]], seed: Any = None) -> RunConfig:
+    """The config with keys of its sections, and its seed, replaced (None: left as they are), checked as a whole.
 
     Raises ConfigError with one sentence a problem.
     """
@@ -102,6 +111,7 @@ def with_settings(config: RunConfig, changes: Mapping[str, Mapping[str, Any]]) -
     for section, keys in changes.items():
         said = {key: _plain(value) for key, value in keys.items() if value is not None}
         data[section] = {**data.get(section, {}), **said}
+    data |= {} if seed is None else {"seed": _plain(seed)}
     return checked(data, config)
 
 
@@ -135,7 +145,8 @@ def _sentence(error: Any) -> str:
         return f"{key} is {error['input']!r}, but nothing is called so; {hint}"
     names = [str(part) for part in error["loc"] if part not in ("number", "table", "auto", "list", "all")]
     rule = error["msg"].removeprefix("Value error, ").removeprefix("Input ")
-    return f"{'.'.join(names[1:]) or 'the settings'} is {error['input']!r} but {rule}; see configs/run.schema.json"
+    what = ".".join(names[1:] or names) or "the settings"
+    return f"{what} is {error['input']!r} but {rule}; see configs/run.schema.json"
 
 
 def group_specimen(config: RunConfig, conditions: Sequence[Mapping[str, Any]]) -> Any:

@@ -26,6 +26,7 @@ from undertow.discrepancy.words import group_title
 from undertow.equation.equation import Equation
 from undertow.errors import UndertowError
 from undertow.front.found_equation import FoundEquation
+from undertow.front.known import place_of
 from undertow.front.prediction import Prediction, predict
 from undertow.front.reading import load
 from undertow.front.run_prediction import RunPrediction, StoredEquation, predict_driven_run, predict_run
@@ -226,7 +227,7 @@ def open_run(folder: str | Path) -> OpenedRun:
     Traceback (most recent call last):
     undertow.errors.UndertowError: no_such_run is no run folder: it has no verdict.json; give what `undertow run` wrote
     """
-    place = Path(folder)
+    place = place_of(folder, "folder")
     path = place / "verdict.json"
     if not path.is_file():
         raise UndertowError(f"{place} is no run folder: it has no verdict.json; give what `undertow run` wrote")

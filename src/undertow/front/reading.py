@@ -28,7 +28,7 @@ from undertow.discrepancy.words import count
 from undertow.errors import IdentificationError, RecordingError
 from undertow.front.columns import Columns, Mapped, Units, mapped, numbers_of
 from undertow.front.in_memory import by_name, frame_of, is_timed, table_of, timed
-from undertow.front.known import checked
+from undertow.front.known import checked, place_of
 from undertow.front.trials import Trials
 from undertow.recording.catalogue import Entry, TimeWindow
 from undertow.recording.doubt_kinds import DOUBT_KINDS, DoubtKind
@@ -198,7 +198,7 @@ def load(config: str | Path | RunConfig, overrides: Sequence[str] = (), jobs: in
     Traceback (most recent call last):
     undertow.errors.ConfigError: config no_such_config.yaml cannot be read: No such file or directory; check the path
     """
-    known = config if isinstance(config, RunConfig) else load_config(config, overrides)
+    known = config if isinstance(config, RunConfig) else load_config(place_of(config, "config"), overrides)
     found = read_and_condition(known, jobs)
     if not found.motions:
         reasons = dict.fromkeys(one.reason for one in found.failed)
@@ -259,7 +259,12 @@ class _Said:
         said = self._window
         if isinstance(said, Mapping):
             said = said.get(name)
-        return TimeWindow() if said is None else TimeWindow(*said)
+        if said is None:
+            return TimeWindow()
+        ends = list(said) if isinstance(said, (tuple, list, np.ndarray)) else []
+        if len(ends) != 2 or not all(end is None or isinstance(end, (int, float, np.number)) for end in ends):
+            raise RecordingError(f"window is {said!r}; give (start_s, end_s) in s, None for as recorded: (0.5, None)")
+        return TimeWindow(*ends)
 
     def trials(self, entry: Entry) -> list[Entry]:
         """The source itself, or one entry a release where its releases are said."""

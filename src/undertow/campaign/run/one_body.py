@@ -11,8 +11,11 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
+from undertow.discrepancy.drifts import WORTH_SAYING, rates
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.words import percent
 from undertow.errors import FAILURES
@@ -29,6 +32,13 @@ of four, in 1.5 of five. Where nothing is missing it must be `SURELY` times as f
 
 MANY = 4
 """So many other trials show how far one may be off."""
+
+OFF_RATE = {4: 8.0, 5: 5.0}
+"""So many times as far as four and five others are from each other one trial's stiffness is another, of more `ALONE`:
+of normal numbers alike 2 of 1,000 groups have such a one."""
+
+QUIET, LOUD = 30.0, 3.0
+"""Times the noise of a trial from which on others, alike within the second, say that it was filtered."""
 
 LEAST_APART = 1.01
 """The same, at least: friction and drag move a period by less from release to release."""
@@ -160,7 +170,46 @@ def strange_trial(group: GroupFindings, known: Collection[str] = ()) -> str:
             )
     if verdict.status == "explained":
         return ""
-    return lone_trial(group, known, SURELY if verdict.status in EXPLAINED else 1.0)
+    sure = SURELY if verdict.status in EXPLAINED else 1.0
+    found = lone_trial(group, known, sure) or _quiet_trial(group, known)
+    return found or (_off_rate(group, known) if verdict.status in EXPLAINED else "")
+
+
+def _quiet_trial(group: GroupFindings, known: Collection[str]) -> str:
+    """The one trial with far less noise than the others, which are alike: a filter took the noise, and moves a decay by
+    as much as it delays it."""
+    noise = {}
+    for trial in group.trials:
+        level = trial.mismatch.sensor_floor_nrmse * float(np.std(trial.measured))
+        if trial.motion.name not in known and level > 0.0:
+            noise[trial.motion.name] = level
+    name = min(noise, key=lambda one: noise[one], default="")
+    others = [level for label, level in noise.items() if label != name]
+    if len(others) < 2 or max(others) > LOUD * min(others) or min(others) < QUIET * noise[name]:
+        return ""
+    return (
+        f"trial {name} has {min(others) / noise[name]:.0f} times less noise than the others of its group: it may be "
+        "filtered, and its motion with it; give the record as it was, or leave it out (recordings.exclude)"
+    )
+
+
+def _off_rate(group: GroupFindings, known: Collection[str]) -> str:
+    """The one trial whose stiffness over mass, fitted alone, is unlike that of `MANY` others or more, which friction
+    and drag do not move: by less than periods show. Of normal numbers alike one stands so in 2 of 1,000 groups."""
+    own = {name: rate for name, rate, *_ in rates(group) if name not in known}
+    for name, rate in own.items():
+        others = [other for label, other in own.items() if label != name]
+        if len(others) < MANY:
+            return ""
+        low, high = min(others), max(others)
+        off = max(low - rate, rate - high)
+        if off > max(OFF_RATE.get(len(others), ALONE) * (high - low), WORTH_SAYING):
+            return (
+                f"trial {name} has {percent(off)} {'more' if rate > high else 'less'} stiffness over its mass than any "
+                f"other of its group, and these lie within {percent(high - low)}: look at its spring, its mass and its "
+                "clock, or leave it out (recordings.exclude)"
+            )
+    return ""
 
 
 def lone_trial(group: GroupFindings, known: Collection[str] = (), sure: float = 1.0) -> str:

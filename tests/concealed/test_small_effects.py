@@ -520,6 +520,7 @@ def test_two_strong_effects_are_found_from_another_first_one(monkeypatch, error,
         level=None, null=null, best=echo, error=error, found=[null, echo, force], _as_far_as_possible=beside
     )
     state._beside = partial(search._Search._beside, state)
+    state._other_pair = partial(search._Search._other_pair, state)
     ahead = search._Search._from_another_first(state)
     assert ("" if ahead is None else ahead[0].suspects[0].name) == answer
     assert state.best is echo
@@ -543,8 +544,45 @@ def test_a_release_that_leaves_more_than_noise_is_held_against_pairs(monkeypatch
         water, both = one(("hidden_resonator",), 40.0, 450.0), one(("hidden_resonator", "linear_damping"), 92.0, 4.0)
         state = SimpleNamespace(level=None, null=null, best=release, error=2.0, found=[null, release, water])
         state._beside = lambda singles, both=both: [both]
+        state._other_pair = partial(search._Search._other_pair, state)
         ahead = search._Search._from_another_first(state)
         assert ("" if ahead is None else ahead[0].suspects[0].name) == answer
+
+
+@pytest.mark.parametrize(
+    ("third", "out", "pair", "asked", "answer"),
+    [
+        (7.1, "", 16.0, True, "linear_damping"),
+        (7.1, "", 4.0, True, ""),  # no more probable than what stands
+        (4.0, "", 16.0, False, ""),  # the third is not likely
+        (7.1, "would feed energy", 16.0, False, ""),
+    ],
+)
+def test_two_beside_which_a_third_is_likely_are_held_against_two_others(monkeypatch, third, out, pair, asked, answer):
+    """A drag of power 1.1 was taken for a dashpot before a resonator was known, and cubic damping made good for it."""
+    monkeypatch.setattr(search, "free_run_error", lambda _, fit: 0.2)
+
+    def one(names: tuple[str, ...], score: float, out: str = "") -> SimpleNamespace:
+        every = {"linear_damping": "one for all springs"}
+        suspects = tuple(found(name, every.get(name, "")) for name in names)
+        return SimpleNamespace(suspects=suspects, score=score, fit=SimpleNamespace(), out=out)
+
+    power, dashpot = one(("drag_exponent",), 27.1), one(("linear_damping",), 26.3)
+    stands = one(("drag_exponent", "hidden_resonator"), 220.0)
+    three = one(("drag_exponent", "hidden_resonator", "cubic_damping"), 220.0 + third, out)
+    singles: list[object] = []
+
+    def beside(given: list[SimpleNamespace]) -> list[SimpleNamespace]:
+        singles.extend(given)
+        return [one(("linear_damping", "hidden_resonator"), 220.0 + pair)]
+
+    state = SimpleNamespace(level=None, best=stands, found=[power, dashpot, stands, three], _beside=beside)
+    state._other_pair = partial(search._Search._other_pair, state)
+    ahead = search._Search._in_place_of_two(state)
+    assert singles == ([dashpot] if asked else [])
+    assert ("" if ahead is None else ahead[0].suspects[0].name) == answer
+    state.best = power
+    assert search._Search._in_place_of_two(state) is None  # of one effect pairs were tried
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from experiments.names.studies import STUDIES, hidden_case
 from experiments.names.verdicts import judge
 from tests.concealed.test_diagnosis import SHORT, member
 from undertow.comparison.candidate import doubt
+from undertow.comparison.clock import OWN_LEAVES
 from undertow.comparison.joint import JointFit, fit_joint
 from undertow.comparison.level import Addend, Level, make_level
 from undertow.comparison.limits import FAR_ABOVE_NOISE
@@ -120,7 +121,7 @@ def test_a_force_that_changes_along_the_record_and_goes_with_the_release_is_a_me
     changing = "leaves more than noise: a body whose rate goes with its swing looks so"  # as a gap's
     assert changing in said(beside, 0.95 * own)
     assert changing not in said(beside, 0.8 * own)
-    assert changing not in said(beside, 0.95 * own, left=FAR_ABOVE_NOISE)
+    assert changing not in said(beside, 0.95 * own, left=OWN_LEAVES)
     assert "tied" not in said(2.0 * np.pi * np.arange(3) / 3.0)
 
 
@@ -244,7 +245,8 @@ def test_a_force_at_the_bodys_own_rate_is_its_own_motion_only_where_phases_are_l
     assert "is the body's own motion of" in opposite
     assert "its phases in the trials are locked to the release by" in opposite
     free = np.array([0.0, 1.05, 2.1])
-    assert "body's own motion" not in doubt(level, forced(level, sizes, free, own, FAR_ABOVE_NOISE))
+    assert "body's own motion" not in doubt(level, forced(level, sizes, free, own, OWN_LEAVES))
+    assert "leaves more than noise" in doubt(level, forced(level, sizes, free, own, 1.7))  # a spring that time changes
     assert "leaves more than noise" in doubt(level, forced(level, sizes, free, own))  # as a slack cable's
     assert "leaves more than noise" not in doubt(level, forced(level, sizes, free, 0.8 * own))
 

@@ -31,6 +31,10 @@ CLOCKED = 2
 OWN_FREQUENCY = 0.1
 """A force this close (relative) to the body's own frequency may be the body's own motion: its phases decide."""
 
+OWN_LEAVES = 1.3
+"""Times the noise, in variance, that a force near the body's own frequency may leave that is not `PURE`: a spring that
+changes in time left 1.7 beside one, of a force itself no more than noise is left."""
+
 LOCKED = 0.7
 """Twice the phases agree by at least this where a force near the body's own frequency is locked to the release, as what
 the equation leaves is; of phases drawn at random, those of three trials do so in 27 of 100 campaigns, of six in 5."""
@@ -113,7 +117,7 @@ def _own_motion(level: Level, fit: JointFit, force: Addend) -> str:
                     f"{force.prefix} at {clock:.3g} rad/s is the body's own motion of {own:.3g} rad/s: its phases in "
                     f"the trials are locked to the release by {100 * agree:.0f} %"
                 )
-            if fit.misfit > FAR_ABOVE_NOISE:
+            if fit.misfit > OWN_LEAVES:
                 return (
                     f"{force.prefix} at {clock:.3g} rad/s, beside the body's own motion of {own:.3g} rad/s, leaves "
                     "more than noise: a body whose rate goes with its swing looks so"

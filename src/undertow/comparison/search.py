@@ -69,6 +69,7 @@ class _Search(Trying):
         self.best, self.error = self._two_that_leave_noise() or (self.best, self.error)
         self.best, self.error = self._from_another_first() or (self.best, self.error)
         self.best, self.error = self._hiding_beside() or (self.best, self.error)
+        self.best, self.error = self._in_place_of_two() or (self.best, self.error)
 
     def _overwhelming(self) -> Candidate | None:
         """The most probable single law against which nothing but its size speaks; None where there is none."""
@@ -122,10 +123,19 @@ class _Search(Trying):
         noisy, lone = self.best.fit.misfit > FAR_ABOVE_NOISE, len(self.best.suspects) == 1
         lone = lone and (changes(self.best.fit.addends[-1]) or (noisy and self.best.suspects[0].of_the_release))
         far = self.error > 1.0 and noisy and not explains(self.null, self.best, NEARLY_ALL)
-        if not (lone or (far and self.best.suspects)):
-            return None
-        first = self.best.suspects[0]
-        pairs = self._beside([c for c in self.found if len(c.suspects) == 1 and c.suspects[0] != first])
+        return self._other_pair(self.best.suspects[:1]) if lone or (far and self.best.suspects) else None
+
+    def _in_place_of_two(self) -> tuple[Candidate, float] | None:
+        """Two effects, with the free run's error, that are more probable than two beside which a third is likely: of a
+        dashpot and a drag of another power one is chosen before a resonator is known, and a third makes good for it."""
+        both = set(self.best.suspects)
+        more = max((c.score for c in self.found if not c.out and both < set(c.suspects)), default=-math.inf)
+        return self._other_pair(self.best.suspects) if len(both) == 2 and more > self.best.score + ODDS else None
+
+    def _other_pair(self, taken: Sequence[Suspect]) -> tuple[Candidate, float] | None:
+        """The most probable pair that begins with a single effect which is not among those taken, with the free run's
+        error, where it is more probable than what stands."""
+        pairs = self._beside([c for c in self.found if len(c.suspects) == 1 and c.suspects[0] not in taken])
         able = [c for c in pairs if not c.out and c.score > self.best.score + ODDS]
         ahead = max(able, key=lambda c: c.score, default=None)
         return None if ahead is None else (ahead, free_run_error(self.level, ahead.fit))

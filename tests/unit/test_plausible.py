@@ -361,19 +361,22 @@ def test_one_trial_whose_own_stiffness_is_far_from_many_others_is_not_green():
     lighter = of_stiffness(plain, [1099.6, 1100.0, 1100.2, 1101.4, 1079.2])
     said = strange_trial(lighter)
     assert said.startswith(
-        "trial trial_5 has 1.9 % less stiffness over its mass than any other of its group, and these lie within 0.16 %"
+        "stiffness over mass of trial trial_5 is 1.9 % below that of the others, and each lot lies within 0.16 %"
     )
     (found,), _ = with_doubts([lighter])
     assert found.verdict.status == "cannot_tell"
     heavier = of_stiffness(plain, [1099.6, 1100.0, 1120.0, 1100.2, 1101.4])
-    assert "trial trial_3 has 1.7 % more stiffness" in strange_trial(heavier)
+    assert "of trial trial_3 is 1.7 % above that of the others" in strange_trial(heavier)
     assert strange_trial(lighter, ("trial_5",)) == ""
     of_six = of_stiffness(plain, [1099.6, 1100.0, 1100.2, 1101.4, 1100.9, 1089.0])
-    assert "trial trial_6 has 0.97 % less stiffness" in strange_trial(of_six)
+    assert "of trial trial_6 is 0.97 % below that of the others" in strange_trial(of_six)
+    two = of_stiffness(plain, [1101.9, 1099.2, 1100.0, 1084.2, 1083.1, 1082.6])  # half of them heavier
+    assert "of trials trial_4, trial_5, trial_6 is 1.4 % below that of the others" in strange_trial(two)
     assert strange_trial(replace(lighter, verdict=replace(lighter.verdict, status="unknown"))) == ""
     for fine in (
         of_stiffness(plain, [1099.6, 1100.0, 1101.4, 1079.2]),  # of four one may lie so
         of_stiffness(plain, [1099.6, 1100.0, 1100.2, 1101.4, 1100.9, 1092.0]),  # within five times, of six
+        of_stiffness(plain, [1101.9, 1099.2, 1100.0, 1087.0, 1083.1, 1082.6]),  # two wide lots
         of_stiffness(plain, [1099.6, 1100.0, 1100.2, 1101.4, 1086.0]),  # within eight times the others' range
         of_stiffness(plain, [1099.6, 1099.7, 1099.8, 1099.9, 1096.0]),  # as little as rigs scatter
         of_stiffness(plain, [1099.6, 1100.0, 1100.2, 1101.4, 1079.2], outcome="on a bound"),

@@ -33,9 +33,9 @@ of four, in 1.5 of five. Where nothing is missing it must be `SURELY` times as f
 MANY = 4
 """So many other trials show how far one may be off."""
 
-OFF_RATE = {4: 8.0, 5: 5.0}
-"""So many times as far as four and five others are from each other one trial's stiffness is another, of more `ALONE`:
-of normal numbers alike 2 of 1,000 groups have such a one."""
+OFF_RATE = {5: 8.0, 6: 5.0}
+"""Stiffness of five, six or more (`ALONE`) trials is of two rigs where it falls into two lots that are so many times
+as far apart as either is wide: of normal numbers alike 4 of 1,000 groups do."""
 
 QUIET, LOUD = 30.0, 3.0
 """Times the noise of a trial from which on others, alike within the second, say that it was filtered."""
@@ -194,20 +194,21 @@ def _quiet_trial(group: GroupFindings, known: Collection[str]) -> str:
 
 
 def _off_rate(group: GroupFindings, known: Collection[str]) -> str:
-    """The one trial whose stiffness over mass, fitted alone, is unlike that of `MANY` others or more, which friction
-    and drag do not move: by less than periods show. Of normal numbers alike one stands so in 2 of 1,000 groups."""
-    own = {name: rate for name, rate, *_ in rates(group) if name not in known}
-    for name, rate in own.items():
-        others = [other for label, other in own.items() if label != name]
-        if len(others) < MANY:
-            return ""
-        low, high = min(others), max(others)
-        off = max(low - rate, rate - high)
-        if off > max(OFF_RATE.get(len(others), ALONE) * (high - low), WORTH_SAYING):
+    """The one trial, or the lot, whose stiffness over mass, fitted alone, lies apart from the others', which lie
+    together: friction and drag move it less than periods."""
+    own = sorted((rate, name) for name, rate, *_ in rates(group) if name not in known)
+    for place in range(1, len(own)) if len(own) > MANY else ():
+        below, above = own[:place], own[place:]
+        gap = above[0][0] - below[-1][0]
+        within = max(lot[-1][0] - lot[0][0] for lot in (below, above))
+        if gap > max(OFF_RATE.get(len(own), ALONE) * within, WORTH_SAYING):
+            lot = min((below, above), key=len)
+            names = ", ".join(sorted(name for _, name in lot))
             return (
-                f"trial {name} has {percent(off)} {'more' if rate > high else 'less'} stiffness over its mass than any "
-                f"other of its group, and these lie within {percent(high - low)}: look at its spring, its mass and its "
-                "clock, or leave it out (recordings.exclude)"
+                f"stiffness over mass of {'trial' if len(lot) == 1 else 'trials'} {names} is {percent(gap)} "
+                f"{'above' if lot is above else 'below'} that of the others, and each lot lies within {percent(within)}"
+                ": look at the spring, the mass and the clock; group by what was changed (trials.group_by), or "
+                "leave it out (recordings.exclude)"
             )
     return ""
 

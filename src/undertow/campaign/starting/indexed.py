@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from undertow.campaign.proposing import plain
-from undertow.campaign.starting.names import DRY, SPRING, WET, Named
+from undertow.campaign.starting.names import DRY, SPRING, WATER, WET, Named, begins
 from undertow.errors import ConfigError
 from undertow.recording.conditions import number
 from undertow.recording.index import Index, read_index
@@ -29,20 +29,10 @@ LARGEST = 262_144
 NAMED = 0.5
 """Share of a table's rows that name a recording from which on it is the folder's index."""
 
-WATER = (
-    "depth", "level", "water", "immersion", "draft", "draught", "fill", "tiefe", "wasser", "pegel", "eintauch",
-    "profond", "niveau", "eau", "nivel", "agua", "profundidad", "acqua", "livello", "fondale",
-)  # fmt: skip
-"""How names of columns begin, word by word, that say how much water there is."""
-
 RIG = (
     "spring", "stiffness", "config", "setup", "rig", "feder", "aufbau", "ressort", "muelle", "resorte", "molla",
 )  # fmt: skip
 """The same of columns that say which spring or set-up."""
-
-SHORT = 4
-"""Letters of a word that must stand whole."""
-
 
 @dataclass(frozen=True)
 class Indexed:
@@ -101,19 +91,12 @@ def _meaning(index: Index, column: str, rows: Sequence[Mapping[str, str]]) -> Na
     return Named(group_by=shared, dry=dry, wet=dry is not None)
 
 
-def _begins(name: str, beginnings: tuple[str, ...]) -> bool:
-    """Whether a word of a column's name begins so; a beginning of `SHORT` letters stands whole (no "right")."""
-    words = re.split(r"[\W_0-9]+", name.lower())
-    long = tuple(one for one in beginnings if len(one) > SHORT)
-    return any(word in beginnings or word.startswith(long) for word in words)
-
-
 def _is_water(name: str, values: Sequence[Condition]) -> bool:
-    return _begins(name, WATER) or _all_words(values, DRY | WET)
+    return begins(name, WATER) or _all_words(values, DRY | WET)
 
 
 def _is_rig(name: str, values: Sequence[Condition]) -> bool:
-    return _begins(name, RIG) or _all_words(values, SPRING)
+    return begins(name, RIG) or _all_words(values, SPRING)
 
 
 def _all_words(values: Sequence[Condition], words: frozenset[str]) -> bool:
@@ -125,6 +108,6 @@ def _dry(name: str, values: Sequence[Condition]) -> tuple[str, Condition] | None
     for value in values:
         if isinstance(value, str) and value.lower() in DRY:
             return name, value
-        if _begins(name, WATER) and number(value) == 0.0:
+        if begins(name, WATER) and number(value) == 0.0:
             return name, value
     return None

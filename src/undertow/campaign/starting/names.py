@@ -7,10 +7,11 @@ Belongs here: names. Does not belong here: what is in the files (survey.py), con
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from undertow.recording.conditions import number
 from undertow.recording.readers import suffix_of, trial_name
 from undertow.recording.recording import Condition
 
@@ -21,6 +22,19 @@ DRY = frozenset(
 
 WET = frozenset({"wet", "water", "full", "nass", "wasser", "voll", "eau", "agua", "acqua", "plein", "lleno"})
 """Words for a trial with water."""
+
+WATER = (
+    "depth", "level", "water", "immersion", "draft", "draught", "fill", "tiefe", "wasser", "pegel", "eintauch",
+    "profond", "niveau", "eau", "nivel", "agua", "profundidad", "acqua", "livello", "fondale",
+)  # fmt: skip
+"""How names of columns, and what stands before a number, begin, word by word, that say how much water there is."""
+
+SHORT = 4
+"""Letters of a word that must stand whole."""
+
+
+DEPTH = frozenset({"d", "h", "wd"})
+"""Letters before a number that may say how much water there is: they do where one of the numbers is zero."""
 
 SPRING = frozenset(
     {"short", "long", "soft", "stiff", "hard", "weak", "strong", "kurz", "lang", "weich", "hart", "steif", "court"}
@@ -69,7 +83,7 @@ def read_names(files: Sequence[str]) -> Named:
     columns = [list(column) for column in zip(*parts, strict=True)]
     pieces: list[str] = []
     meanings: dict[str, str] = {}
-    group_by: list[str] = []
+    group_by: dict[str, list[str]] = {}
     dry: tuple[str, Condition] | None = None
     wet = False
     for at, column in enumerate(columns):
@@ -82,9 +96,9 @@ def read_names(files: Sequence[str]) -> Named:
         pieces.append(f"{re.escape(prefix)}(?P<{name}>{inside})")
         meanings[name] = meaning
         if shared:
-            group_by.append(name)
+            group_by[name] = column
         if dry is None:
-            dry = next(((name, one) for one in column if one.lower() in DRY), None)
+            dry = next(((name, one) for one in column if one.lower() in DRY), None) or _no_depth(name, prefix, column)
             wet = dry is not None and any(one.lower() not in DRY for one in column)
     if not meanings:
         return Named()
@@ -93,7 +107,40 @@ def read_names(files: Sequence[str]) -> Named:
     pattern = f"(?i)^{f'{apart}+'.join(pieces)}(?:{suffix})$"
     if not all(re.search(pattern, base.name) for base in bases):
         return Named()
-    return Named(pattern, tuple(group_by), dry, meanings, wet)
+    return Named(pattern, _without_a_count(group_by, meanings), dry, meanings, wet)
+
+
+def begins(name: str, beginnings: tuple[str, ...]) -> bool:
+    """Whether a word of a column's name begins so; a beginning of `SHORT` letters stands whole (no "right")."""
+    words = re.split(r"[\W_0-9]+", name.lower())
+    long = tuple(one for one in beginnings if len(one) > SHORT)
+    return any(word in beginnings or word.startswith(long) for word in words)
+
+
+def _no_depth(name: str, prefix: str, column: Sequence[str]) -> tuple[str, Condition] | None:
+    """The condition and value of trials without water where one of several depths is zero."""
+    depths = [number(one.removeprefix(prefix)) for one in column]
+    zero = next((one for one in depths if one == 0.0), None)
+    deep = (prefix.lower() in DEPTH or begins(prefix, WATER)) and any(isinstance(d, float) and d > 0.0 for d in depths)
+    return (name, zero) if prefix and deep and zero is not None else None
+
+
+def _without_a_count(shared: Mapping[str, Sequence[str]], meanings: dict[str, str]) -> tuple[str, ...]:
+    """The conditions that groups share, without the number of the trial in its group: with that every trial would be a
+    group of its own."""
+    rows = list(zip(*shared.values(), strict=True))
+    counts = [name for name, column in shared.items() if _counts(column)]
+    if len(set(rows)) < len(rows) or not counts or len(shared) < 2:
+        return tuple(shared)
+    meanings[counts[-1]] = "number of the trial in its group"
+    return tuple(name for name in shared if name != counts[-1])
+
+
+def _counts(column: Sequence[str]) -> bool:
+    """Whether parts of names are numbers of trials: whole, from 0 or 1 on, some may be missing."""
+    found = [re.fullmatch(r"([A-Za-z]*)([0-9]+)", one) for one in column]
+    whole = {int(one[2]) for one in found if one is not None and one[1].lower() in {"", *TRIAL}}
+    return None not in found and bool(whole) and max(whole) <= 2 * len(whole)
 
 
 def _meaning(column: Sequence[str], last: bool) -> tuple[str, str, str, bool]:

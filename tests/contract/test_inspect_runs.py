@@ -45,6 +45,11 @@ def gyro(folder: Path) -> Path:
     return write(folder / "gyro.csv", "time_s,gyro_rad/s", [r.time, r.channels["velocity"]])
 
 
+def vibrometer(folder: Path) -> Path:
+    r = recorded(DECAY, ("velocity",))
+    return write(folder / "fork.csv", "time [s],vel [mm/s]", [r.time, 1e3 * r.channels["velocity"]])
+
+
 def by_hand(folder: Path) -> Path:
     """Held by a hand that wobbles by a third of the release."""
     r = recorded(DECAY, ("displacement",))
@@ -54,7 +59,7 @@ def by_hand(folder: Path) -> Path:
     return write(folder / "hand.csv", "t [s],x [m]", [r.time, x])
 
 
-LAYOUTS = (plain, semicolons, degrees, gyro, by_hand)
+LAYOUTS = (plain, semicolons, degrees, gyro, vibrometer, by_hand)
 
 
 def pasted(capsys: Capture, path: Path) -> tuple[Path, Said]:

@@ -272,6 +272,7 @@ def test_an_opened_run_says_what_the_run_said(campaign):
     assert group is opened[group.label]
     found = findings.groups[0].verdict.baseline.parameters["k_N_per_m"]
     assert group.prescribed.loc["k_N_per_m", "value"] == pytest.approx(found.value, rel=1e-6)
+    pd.testing.assert_frame_equal(group.parameters, group.repaired)
     assert opened.verdicts.loc[group.label, "error"] == pytest.approx(findings.groups[0].verdict.baseline.nrmse)
     assert len(opened.trials)
     assert len(opened.levels)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from tests.findings_fixture import small_findings
@@ -156,6 +157,12 @@ def test_bristles_yield_at_the_friction_that_they_take_the_place_of():
     (bristles,) = [term for term in found.terms if term.name == "hysteresis"]
     assert values(found)["hysteresis"] == 34000.0
     assert bristles.yield_displacement_m == pytest.approx(170.0 / 34000.0)
+    errors = repaired_errors(PRESCRIBED, {**ERRORS, "coulomb_friction": 8.5}, said, SPECIMEN)
+    assert errors["hysteresis"] == pytest.approx(100.0)
+    relative = np.hypot(8.5 / 170.0, 100.0 / 34000.0)
+    assert errors["hysteresis.yield_displacement_m"] == pytest.approx(0.005 * relative, rel=1e-3)
+    unknown = repaired_errors(PRESCRIBED, {"stiffness": 300.0}, said, SPECIMEN)  # friction held: no error of its own
+    assert "hysteresis.yield_displacement_m" not in unknown
 
 
 def test_without_an_anchor_the_total_mass_stays_one_and_numbers_are_per_mass():

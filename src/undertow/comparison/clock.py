@@ -90,17 +90,17 @@ def no_clock(level: Level, fit: JointFit, force: Addend, beside: bool, before: J
     before it, whose memory may be what is left, unless no more than noise is: a memory leaves no tone so pure that has
     another size and phase in every trial, and one with the same is a resonator. What changes along the record may be a
     memory too. ``before`` is the fit without it."""
-    pure = before is not None and _pure(fit, before)
+    pure = before is not None and _pure(fit, before, OWN_LEAVES if changes(force) else FAR_ABOVE_NOISE)
     said = "" if pure else _own_motion(level, fit, force)
     said = said or _in_one_trial(level, fit, force)
     left = beside and fit.misfit > FAR_ABOVE_NOISE
     return said or (_tied(level, fit, force) if left or (changes(force) and not pure) else "")
 
 
-def _pure(fit: JointFit, before: JointFit) -> bool:
-    """Whether an outside force leaves only noise of what lay far above it: phases that agree, as those of two or three
-    trials often do by chance, then say nothing."""
-    return fit.misfit <= FAR_ABOVE_NOISE and before.misfit - fit.misfit > PURE * (before.misfit - 1.0)
+def _pure(fit: JointFit, before: JointFit, most: float) -> bool:
+    """Whether an outside force leaves only noise, at most so many times, of what lay far above it: phases that agree,
+    as those of two or three trials often do by chance, then say nothing."""
+    return fit.misfit <= most and before.misfit - fit.misfit > PURE * (before.misfit - 1.0)
 
 
 def _own_motion(level: Level, fit: JointFit, force: Addend) -> str:

@@ -91,13 +91,42 @@ def _of_what_moved(
     name: str, new: Mapping[str, str], numbers: Mapping[str, Estimate], moved: Mapping[str, float]
 ) -> tuple[Any, float]:
     """The registry's law with the slots of a suspect that takes what the equation has to another one."""
-    own = {a.slot: f"{name}.{a.name}" for s in all_suspects() if s.name == name for a in s.additions(UNIT, 1.0)}
+    own = _own_slots(name)
     slots = {slot: numbers[key].value for slot, key in own.items() if key in numbers}
     slots |= {new[old]: value for old, value in moved.items()}
     law = next((one for one in catalogue() if slots and set(one.slots.values()) == set(slots)), None)
     if law is None:
         raise IdentificationError(f"{name} has no number for each of {', '.join((*own, *new.values()))}")
     return find(law.name, **law.of_slots(slots)), slots[law.slots[law.parameters[0].name]]
+
+
+def _own_slots(name: str) -> dict[str, str]:
+    """A suspect's slots in the integrator, and what its numbers there are called."""
+    return {a.slot: f"{name}.{a.name}" for s in all_suspects() if s.name == name for a in s.additions(UNIT, 1.0)}
+
+
+def _errors_of_what_moved(
+    name: str, new: Mapping[str, str], numbers: Mapping[str, Estimate], moved: Mapping[str, Estimate]
+) -> dict[str, float]:
+    """Standard errors of such a law's numbers, by its name and "law.parameter": what each moves by with an error of
+    what it is made of."""
+    values = {slot: one.value for slot, one in moved.items()}
+    law, leading = _of_what_moved(name, new, numbers, values)
+    found = dict.fromkeys((p.name for p in law.parameters), 0.0)
+    steps = [(numbers | {key: _higher(numbers[key])}, values) for key in _own_slots(name).values() if key in numbers]
+    steps += [(numbers, values | {slot: _higher(one).value}) for slot, one in moved.items()]
+    for given, had in steps:
+        other, value = _of_what_moved(name, new, given, had)
+        for at, p in enumerate(law.parameters):
+            by = getattr(other, p.name) - getattr(law, p.name) if at else value - leading
+            found[p.name] = math.hypot(found[p.name], by)
+    first, *rest = law.parameters
+    return {law.name: found[first.name]} | {f"{law.name}.{p.name}": found[p.name] for p in rest}
+
+
+def _higher(one: Estimate) -> Estimate:
+    """A number one standard error higher."""
+    return replace(one, value=one.value + one.total_stderr)
 
 
 def _with_inner(term: Term, value: float, numbers: Mapping[str, Estimate]) -> Term:
@@ -137,7 +166,15 @@ def repaired_errors(
                 break
     if "total_mass_kg" in numbers and not any(t.is_inertia for t in prescribed.terms):
         out["mass"] = numbers["total_mass_kg"].total_stderr
+    had = {}
+    for term, value in zip(prescribed.terms, prescribed.coefficients, strict=True):
+        if term.name in out:
+            refitted = _refitted(term.name, value, numbers, specimen)
+            had[term.slots.get(term.coefficient.name, "")] = Estimate(refitted, out[term.name])
     for name in _laws(verdict):
+        new = _moved((name,)) if row(name) is None else {}
+        if new and set(new) <= set(had):
+            out |= _errors_of_what_moved(name, new, numbers, {slot: had[slot] for slot in new})
         if row(name) is None or name in prescribed_names:
             continue
         out.pop(name, None)

@@ -83,6 +83,11 @@ class OpenedGroup(FoundEquation):
         """Parameters of the repaired equation, of the prescribed one where nothing is named."""
         return parameter_table(_estimates((self.data.get("augmented") or self.data["baseline"])["parameters"]))
 
+    @property
+    def parameters(self) -> pd.DataFrame:
+        """The same, as a group of `undertow.diagnose` has it."""
+        return self.repaired
+
     @cached_property
     def _stored(self) -> StoredEquation:
         found = [one for one in equations_of(self.folder)["groups"] if one["group"] == self.data["group"]]

@@ -34,7 +34,7 @@ _NAMES: Mapping[str, str] = MappingProxyType(
         "force": r"^(input|drive|driving|excit|command|shaker|actuator)|^u\d*$",
         "spring_force": r"load|force|cell|moment|torque|^f\d*$",
         "acceleration": r"acc|^a\d*$",
-        "velocity": r"veloc|gyro|rate|speed|omega|^v\d*$",
+        "velocity": r"^vel|veloc|gyro|rate|speed|omega|^v\d*$",
         "displacement": r"disp|pos|output|angle|roll|phi|theta|weg|pot|laser|sensor|heave|surge|sway|pitch|^[xy]\d*$",
     }
 )

@@ -47,6 +47,7 @@ from undertow.comparison.replicas import (
     replicas,
     spectrum_of,
     surely_wrong,
+    wanders_as,
     within_reason,
 )
 from undertow.comparison.score_stack import Stack
@@ -699,6 +700,20 @@ def test_a_relaxation_that_creeps_is_seen_by_what_is_fast_of_it():
     assert fast.at == every.at
     assert fast.value > 1.5 * every.value
     assert fast.share_of_motion == pytest.approx(every.share_of_motion * fast.value / every.value)
+
+
+def test_what_a_force_would_be_seen_by_is_faster_than_sensors_wander():
+    """A force of a period longer than the record is a wandering sensor: at three times the size that was said it was
+    not seen."""
+    level, fit = quiet()
+    (force,) = null_test(level, [found("external_forcing")], fit, ()).detectable
+    slow = 0.5 * max(2.0 * math.pi / trial.period_s for trial in fit.solution.problem.trials)
+    assert force.at["frequency_rad_per_s"] > slow
+    at = [replace(a, start=slow) for a in found("external_forcing").grid(level.scales)[0]]
+    assert wanders_as(fit.solution, at)
+    assert not wanders_as(fit.solution, [replace(a, start=1.01 * slow) for a in at])
+    slowest = min(a.start for place in found("external_forcing").grid(level.scales) for a in place if a.unit == "rad/s")
+    assert slowest < slow  # it is looked for there all the same
 
 
 def test_bristles_that_are_there_are_seen_as_they_are():

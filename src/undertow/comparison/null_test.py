@@ -38,6 +38,7 @@ from undertow.comparison.replicas import (
     noise_over,
     replicas,
     surely_wrong,
+    wanders_as,
     within_reason,
 )
 from undertow.comparison.score_stack import Scored, Stack
@@ -256,7 +257,9 @@ def _ranked(
     tests = []
     for label, own in by_label.items():
         best = max(own, key=lambda s: s.gain)
-        seen = detectable(stack, scored, own, best, tails[label].at(threshold + weights[label]), sizes.allowed)
+        fast = [s for s in own if not wanders_as(stack.stands.fit.solution, s.place.additions)] or own
+        most = max(fast, key=lambda s: s.gain)
+        seen = detectable(stack, scored, own, most, tails[label].at(threshold + weights[label]), sizes.allowed)
         common = any(a.scope != "trial" for a in best.place.additions if not a.inner)
         hidden = max(s.hidden for s in own) if common else math.nan
         size = float(best.measure.of(best.step[:, None])[0])

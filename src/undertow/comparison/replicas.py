@@ -19,6 +19,7 @@ from scipy.special import gammaincinv
 from undertow.comparison.deviations import of_the_means
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Level
+from undertow.comparison.suspect import Addition
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.problem import Problem, TrialProblem, Unknown
 from undertow.methods.dry import RIGS_WITHIN
@@ -130,6 +131,13 @@ def surely_wrong(solution: Solution, left: Sequence[Array]) -> float:
     above_others = excess - ONE_SIDED * math.sqrt(variance)
     above_quiet = float(np.sum(energy)) - QUARTERS * energy[quietest] - QUIETER * math.sqrt(spread[quietest])
     return max(min(above_others, float(above_quiet)), 0.0)
+
+
+def wanders_as(solution: Solution, additions: Sequence[Addition]) -> bool:
+    """Whether what has a frequency of its own is as slow as sensors wander by, in some trial: no size of it is seen,
+    for replicas wander as much."""
+    slow = WANDERING * max(2.0 * np.pi / trial.period_s for trial in solution.problem.trials)
+    return any(a.inner and a.unit == "rad/s" and a.start <= slow for a in additions)
 
 
 def not_slow(solution: Solution, left: Sequence[Array]) -> float:

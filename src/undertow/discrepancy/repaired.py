@@ -113,10 +113,10 @@ def _errors_of_what_moved(
     values = {slot: one.value for slot, one in moved.items()}
     law, leading = _of_what_moved(name, new, numbers, values)
     found = dict.fromkeys((p.name for p in law.parameters), 0.0)
-    steps = [(numbers | {key: _higher(numbers[key])}, values) for key in _own_slots(name).values() if key in numbers]
-    steps += [(numbers, values | {slot: _higher(one).value}) for slot, one in moved.items()]
-    for given, had in steps:
-        other, value = _of_what_moved(name, new, given, had)
+    keys = [key for key in _own_slots(name).values() if key in numbers]
+    own = [_of_what_moved(name, new, {**numbers, key: _higher(numbers[key])}, values) for key in keys]
+    had = [_of_what_moved(name, new, numbers, {**values, slot: _higher(one).value}) for slot, one in moved.items()]
+    for other, value in (*own, *had):
         for at, p in enumerate(law.parameters):
             by = getattr(other, p.name) - getattr(law, p.name) if at else value - leading
             found[p.name] = math.hypot(found[p.name], by)

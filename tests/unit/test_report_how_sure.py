@@ -77,5 +77,6 @@ def test_what_was_held_says_where_it_comes_from(error, structure, said):
 
 def test_the_page_says_which_trials_the_numbers_of_table_and_equation_include():
     text = rendered()
-    assert "fitted to all trials of a group together (dry: means over its trials), held-out ones too" in text
+    assert "where something is named those of the repaired equation, fitted to the training trials" in text
+    assert "fitted to all trials of a group together, held-out ones too (dry: means over its trials)" in text
     assert "its numbers from the training trials alone: the table of all groups has the held-out ones too" in text

@@ -52,11 +52,12 @@ def candidate(
 ) -> SimpleNamespace:
     """A set of one suspect with its log evidence, which leaves so much (mean square over noise), what it becomes on its
     bound, and the relative standard errors of its coefficient and of its frequency, if it has one."""
-    errors = {f"{name}.c_Ns_per_m": error, f"{name}.rate": rate}
+    errors = {f"{name}.c_Ns_per_m": error, f"{name}.rate": rate, f"{name}.damping": 9.0}
     solution = SimpleNamespace(problem=SimpleNamespace(names=list(errors), trials=()), stderr=errors.get)
     addend = Addend(name, (
         Addition("c_Ns_per_m", "N s/m", "c1", 0.0, 1.0, inner=inner),
         *([Addition("rate", "rad/s", "hw1", 0.0, 1.0, inner=True)] if rate else []),
+        Addition("damping", "1", "hz1", 0.0, 1.0, inner=True),  # a number inside that may be zero
     ))  # fmt: skip
     fit = SimpleNamespace(misfit=misfit, addends=(addend,), solution=solution, value=lambda _: -1.0)
     return SimpleNamespace(

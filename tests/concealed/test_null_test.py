@@ -682,7 +682,7 @@ def test_what_is_slower_than_the_motion_does_not_show_an_effect():
             own.append(np.tile(one, len(trial.channels)))
         return own
 
-    slow, fast = waves(0.2), waves(1.0)
+    slow, fast = waves(0.2), waves(0.65)  # half the body's rate lies between
     assert not_slow(fit.solution, slow) == pytest.approx(0.0, abs=1e-12)
     assert not_slow(fit.solution, fast) == pytest.approx(1.0)
     both = [2.0 * s + f for s, f in zip(slow, fast, strict=True)]
@@ -696,6 +696,9 @@ def test_a_relaxation_that_creeps_is_seen_by_what_is_fast_of_it():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(detectable_module, "not_slow", lambda *_: 1.0)
         (every,) = null_test(level, [suspect], fit, ()).detectable
+        patch.setattr(detectable_module, "not_slow", lambda *_: 0.25)
+        (quarter,) = null_test(level, [suspect], fit, ()).detectable
+    assert quarter.value == pytest.approx(2.0 * every.value)  # a quarter of its squares
     (fast,) = null_test(level, [suspect], fit, ()).detectable
     assert fast.at == every.at
     assert fast.value > 1.5 * every.value

@@ -568,6 +568,7 @@ def test_two_beside_which_a_third_is_likely_are_held_against_two_others(monkeypa
         return SimpleNamespace(suspects=suspects, score=score, fit=SimpleNamespace(), out=out)
 
     power, dashpot = one(("drag_exponent",), 27.1), one(("linear_damping",), 26.3)
+    water = one(("hidden_resonator",), 12.0)
     stands = one(("drag_exponent", "hidden_resonator"), 220.0)
     three = one(("drag_exponent", "hidden_resonator", "cubic_damping"), 220.0 + third, out)
     singles: list[object] = []
@@ -576,7 +577,7 @@ def test_two_beside_which_a_third_is_likely_are_held_against_two_others(monkeypa
         singles.extend(given)
         return [one(("linear_damping", "hidden_resonator"), 220.0 + pair)]
 
-    state = SimpleNamespace(level=None, best=stands, found=[power, dashpot, stands, three], _beside=beside)
+    state = SimpleNamespace(level=None, best=stands, found=[power, dashpot, water, stands, three], _beside=beside)
     state._other_pair = partial(search._Search._other_pair, state)
     ahead = search._Search._in_place_of_two(state)
     assert singles == ([dashpot] if asked else [])

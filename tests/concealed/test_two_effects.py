@@ -100,7 +100,7 @@ def test_a_force_that_changes_along_the_record_and_goes_with_the_release_is_a_me
     fit = fit_joint(level, (addend,), 1.0, {}, 10.0, growing=False, quick=True)
     names = fit.solution.problem.names
 
-    def said(phases, rate=8.0, left=2.0 * FAR_ABOVE_NOISE) -> str:
+    def said(phases, rate=8.0, left=2.0 * FAR_ABOVE_NOISE, stood=None) -> str:
         values = fit.solution.values.copy()
         for motion, phase in zip(one.motions, phases, strict=True):
             at = (
@@ -114,7 +114,7 @@ def test_a_force_that_changes_along_the_record_and_goes_with_the_release_is_a_me
                 values[names.index(f"external_forcing.{part}_N_per_s2[{motion.name}]")] = 0.0
         values[names.index("external_forcing.frequency_rad_per_s")] = rate
         dying = replace(fit, solution=replace(fit.solution, values=values), misfit=left)
-        return doubt(level, dying)
+        return doubt(level, dying, None if stood is None else replace(dying, misfit=stood))
 
     assert "tied to the release: phases and sizes agree in all trials by 100 %" in said(np.full(3, 0.4))
     beside, own = 2.0 * np.pi * np.arange(3) / 3.0, 2.0 * np.pi / dominant_period(one.motions[0])
@@ -123,6 +123,8 @@ def test_a_force_that_changes_along_the_record_and_goes_with_the_release_is_a_me
     assert changing not in said(beside, 0.8 * own)
     assert changing not in said(beside, 0.95 * own, left=OWN_LEAVES)
     assert "tied" not in said(2.0 * np.pi * np.arange(3) / 3.0)
+    assert changing in said(beside, 0.95 * own, left=2.0, stood=5000.0)  # as a spring that time changes: no pure tone
+    assert said(beside, 0.95 * own, left=OWN_LEAVES, stood=5000.0) == ""
 
 
 def test_a_sensor_that_drifts_across_zero_after_the_motion_does_not_lengthen_the_period():

@@ -144,7 +144,7 @@ def test_a_window_is_of_all_trials_or_of_one(decay):
 
 @pytest.mark.parametrize("window", [5, (1.0,), (0.0, 1.0, 2.0), ("a", "b"), "ab"])
 def test_a_window_that_is_no_pair_of_instants_is_refused(decay, window):
-    with pytest.raises(undertow.UndertowError, match=r"^window is .*; give \(start_s, end_s\) in s, None for"):
+    with pytest.raises(undertow.UndertowError, match=r"^window is .*; give \(start_s, end_s\) in s; None"):
         undertow.read(table_of(decay), units={"x": "mm"}, names=["r1"], window=window)
 
 

@@ -11,8 +11,9 @@ import pytest
 
 import undertow
 from tests.findings_fixture import small_findings
-from undertow.campaign.run.one_body import not_one_body, strange_trial
+from undertow.campaign.run.one_body import not_one_body
 from undertow.campaign.run.plausible import implausible, with_doubts
+from undertow.campaign.run.strange_trial import strange_trial
 from undertow.discrepancy.findings import GroupFindings
 from undertow.likelihood.fit import Fit, Specimen
 from undertow.quantities import OK, Estimate

@@ -25,7 +25,7 @@ from undertow.campaign.run.checking import Checked, Checker, each_once
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count
-from undertow.errors import IdentificationError, RecordingError
+from undertow.errors import IdentificationError, RecordingError, shown
 from undertow.front.columns import Columns, Mapped, Units, mapped, numbers_of
 from undertow.front.in_memory import by_name, frame_of, is_timed, table_of, timed
 from undertow.front.known import checked, place_of
@@ -263,7 +263,7 @@ class _Said:
             return TimeWindow()
         ends = list(said) if isinstance(said, (tuple, list, np.ndarray)) else []
         if len(ends) != 2 or not all(end is None or isinstance(end, (int, float, np.number)) for end in ends):
-            raise RecordingError(f"window is {said!r}; give (start_s, end_s) in s, None for as recorded: (0.5, None)")
+            raise RecordingError(f"window is {shown(said)}; give (start_s, end_s) in s; None: as recorded")
         return TimeWindow(*ends)
 
     def trials(self, entry: Entry) -> list[Entry]:

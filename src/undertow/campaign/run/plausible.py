@@ -16,7 +16,8 @@ from types import MappingProxyType
 import numpy as np
 
 from undertow.campaign.run.judgement import contradicted_verdict
-from undertow.campaign.run.one_body import lone_trial, not_one_body, strange_trial
+from undertow.campaign.run.one_body import not_one_body
+from undertow.campaign.run.strange_trial import lone_trial, strange_trial
 from undertow.campaign.run.tasks import slope_of_cells
 from undertow.campaign.run.trial_scale import scaled_trial
 from undertow.comparison.suspects import SUSPECTS

@@ -119,10 +119,8 @@ def begins(name: str, beginnings: tuple[str, ...]) -> bool:
 
 def _no_depth(name: str, prefix: str, column: Sequence[str]) -> tuple[str, Condition] | None:
     """The condition and value of trials without water where one of several depths is zero."""
-    depths = [number(one.removeprefix(prefix)) for one in column]
-    zero = next((one for one in depths if one == 0.0), None)
-    deep = (prefix.lower() in DEPTH or begins(prefix, WATER)) and any(isinstance(d, float) and d > 0.0 for d in depths)
-    return (name, zero) if prefix and deep and zero is not None else None
+    deep = prefix.lower() in DEPTH or begins(prefix, WATER)
+    return (name, 0.0) if deep and any(number(one.removeprefix(prefix)) == 0.0 for one in column) else None
 
 
 def _without_a_count(shared: Mapping[str, Sequence[str]], meanings: dict[str, str]) -> tuple[str, ...]:
@@ -130,7 +128,7 @@ def _without_a_count(shared: Mapping[str, Sequence[str]], meanings: dict[str, st
     group of its own."""
     rows = list(zip(*shared.values(), strict=True))
     counts = [name for name, column in shared.items() if _counts(column)]
-    if len(set(rows)) < len(rows) or not counts or len(shared) < 2:
+    if len(set(rows)) < len(rows) or not counts:
         return tuple(shared)
     meanings[counts[-1]] = "number of the trial in its group"
     return tuple(name for name in shared if name != counts[-1])

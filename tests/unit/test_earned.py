@@ -16,12 +16,13 @@ from undertow.comparison.search import _Search
 from undertow.comparison.suspect import Addition
 from undertow.discrepancy.alone import Alone
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.decision import Closeness, posterior
+from undertow.discrepancy.decision import posterior
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.earned import earned
-from undertow.discrepancy.judge import _left, _physics, _reach, _unit, _without_a_name
+from undertow.discrepancy.judge import _left, _physics, _unit, _without_a_name
 from undertow.discrepancy.naming import other_sets
 from undertow.discrepancy.sentence import no_answer, sentence_of
+from undertow.discrepancy.validation import Closeness, reach
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.quantities import Estimate
 
@@ -602,14 +603,14 @@ def test_what_is_named_reaches_as_far_as_its_groups_together():
     held = tuple(SimpleNamespace(name=name) for name in "d")
     near = replace(case(baseline=Described(0.04, 0.06)), held=held)
     alone = case(allowed=0.1)
-    # three trials of 1.2, 1.2 and 1.6 repeatabilities, the same of half that
-    reach = _reach((near, alone), near, runs, forced=True)
-    assert reach.away == pytest.approx(math.sqrt((1.2**2 + 1.2**2 + 1.6**2) * (1.0 + 0.25) / 6.0))
-    assert reach.explained == pytest.approx(0.75)
-    assert reach.unseen == 0.03
-    assert math.isnan(_reach((near, alone), near, runs, forced=False).unseen)  # a trial's own mass is told by no other
-    assert math.isnan(_reach((near, alone), alone, runs, forced=True).unseen)
-    assert math.isnan(_reach((alone,), alone, runs, forced=True).explained)
+    # trials of 1.2, 1.2 and 1.6 repeatabilities, the same of half that: a group is its median, as its equation alone is
+    told = reach((near, alone), near, runs, forced=True)
+    assert told.away == pytest.approx(math.sqrt((1.2**2 + 0.6**2) / 2.0))
+    assert told.explained == pytest.approx(0.75)
+    assert told.unseen == 0.03
+    assert math.isnan(reach((near, alone), near, runs, forced=False).unseen)  # a trial's own mass is told by no other
+    assert math.isnan(reach((near, alone), alone, runs, forced=True).unseen)
+    assert math.isnan(reach((alone,), alone, runs, forced=True).explained)
 
 
 @pytest.mark.parametrize(("unseen", "said"), [(0.07, "explained"), (0.08, "unknown"), (math.nan, "unknown")])

@@ -401,6 +401,19 @@ def test_friction_that_another_level_s_volume_gives_asks_whether_levels_are_exch
     assert any(text in one for one in said) is doubted
 
 
+@pytest.mark.parametrize("assumed", [True, False])
+def test_friction_named_beside_an_equation_without_one_ends_in_no_error(assumed):
+    """A run whose dry trials know no friction had ended in "numbers ran out of bounds" after its search."""
+    wet = small_findings().groups[1]
+    bare = replace(wet.structure, mu=Estimate(0.0, 0.0, unit="1"))
+    stated = replace(wet.specimen, submerged_volume_m3=0.09, volume_assumed=assumed)
+    numbers = {"coulomb_friction": {"force_N": Estimate(-4.0, 0.1, unit="N")}}
+    found = replace(wet.verdict, status="explained", verdict=("coulomb_friction",), parameters=numbers)
+    group = replace(wet, verdict=found, specimen=stated, structure=bare)
+    (said,), _ = with_doubts([group])
+    assert said.verdict.verdict == ("coulomb_friction",)
+
+
 @pytest.mark.parametrize(
     ("periods", "strange"),
     [

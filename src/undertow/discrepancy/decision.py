@@ -7,7 +7,6 @@ becomes of a verdict that is barred (earned.py), words of effects (sentence.py).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from undertow.comparison.candidate import (
     NAMING_PROBABILITY,
@@ -27,6 +26,7 @@ from undertow.discrepancy.alone import one_alone
 from undertow.discrepancy.calibration import LEFT
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.dry_check import CERTAIN, DryAnswer
+from undertow.discrepancy.validation import NEAR, Closeness
 from undertow.discrepancy.verdict import Gate, Verdict
 from undertow.discrepancy.wandering import left_share, wanders
 from undertow.discrepancy.words import percent
@@ -51,23 +51,9 @@ PROVED = 1.5
 """Up to so many times repeatability unseen trials prove a name that leaves more than noise."""
 
 
-@dataclass(frozen=True)
-class Closeness:
-    """How far what is named reaches on a level: how many repeatabilities its training trials are away with it, and the
-    share of the squared error of unseen trials that it explains (nan where there are none); ``unseen``: the error of
-    the group's own unseen trials where an outside force is named, its size and phase fitted to each (else nan)."""
-
-    away: float = 0.0
-    explained: float = math.nan
-    unseen: float = math.nan
-
-
 OF_ITS_OWN = 0.95
 """Share of what the equation's own fit leaves above noise that a description explains where no trial is unseen. Set
 on the virtual flume's six releases that `differ` reads and on a disc in air with a linear law."""
-
-NEAR = Closeness()
-"""What reaches all trials."""
 
 NO_ANSWER = DryAnswer()
 """Dry trials that say nothing against what is named."""

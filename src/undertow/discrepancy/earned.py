@@ -21,10 +21,11 @@ from undertow.comparison.limits import WORTH
 from undertow.comparison.null_test import NullTest
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.decision import DOUBLED, NAMED, NEAR, NO_ANSWER, Closeness, gates, indistinct
+from undertow.discrepancy.decision import DOUBLED, NAMED, NO_ANSWER, gates, indistinct
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.naming import in_words, next_test
 from undertow.discrepancy.sentence import no_answer
+from undertow.discrepancy.validation import NEAR, Closeness
 from undertow.discrepancy.verdict import Gate, Status, Verdict
 from undertow.discrepancy.words import percent
 from undertow.equation import registry

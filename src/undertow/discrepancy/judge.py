@@ -30,14 +30,21 @@ from undertow.comparison.suspects import SUSPECTS, all_suspects
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.calibration import record_of
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.decision import Closeness, evidence, posterior
+from undertow.discrepancy.decision import evidence, posterior
 from undertow.discrepancy.dry_check import dry_answer
 from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, of_several_causes, without_answer
 from undertow.discrepancy.findings import AugmentedRun
 from undertow.discrepancy.naming import next_test, other_sets
 from undertow.discrepancy.sentence import changing_words, late_words, sentence_of, transfer_words
 from undertow.discrepancy.transfer import from_other_springs
-from undertow.discrepancy.validation import addition_parameters, check_cell, learned_structure, rms, shared_run
+from undertow.discrepancy.validation import (
+    addition_parameters,
+    check_cell,
+    error_of,
+    learned_structure,
+    reach,
+    shared_run,
+)
 from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Status, Verdict
 from undertow.discrepancy.words import percent
 from undertow.likelihood.free_run import FreeRun, error_as_measured
@@ -99,7 +106,7 @@ def judge_level(
     forced = any(addend.has_its_own_clock for addend in fit.addends)
     said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
     answers = (
-        of_several_causes(earned(verdict, case, diagnosis, tested, doubled, in_air, _reach(cases, case, runs, forced)))
+        of_several_causes(earned(verdict, case, diagnosis, tested, doubled, in_air, reach(cases, case, runs, forced)))
         for verdict, case in zip(said, cases, strict=True)
     )
     verdicts = tuple(_with_evidence(level, *pair, diagnosis, tested) for pair in zip(answers, cases, strict=True))
@@ -160,17 +167,6 @@ def _runs(level: Level, case: Case, diagnosis: LevelDiagnosis) -> dict[str, Augm
     return {name: _augmented(run, motions[name]) for name, run in runs.items() if run is not None}
 
 
-def _reach(cases: Sequence[Case], mine: Case, runs: Mapping[str, AugmentedRun], forced: bool) -> Closeness:
-    """How far what is named reaches on the level's trials, in their groups' repeatabilities, and on those of one group
-    (``mine``) that it never saw, where an outside force is named (``forced``)."""
-    own = [runs[m.name].nrmse / case.allowed for case in cases for m in case.member.motions if m.name in runs]
-    told = [(case, rms([runs[m.name].nrmse for m in case.held if m.name in runs])) for case in cases]
-    pairs = [(case.baseline.held_out_nrmse / case.allowed, after / case.allowed) for case, after in told]
-    before, after = (rms([pair[i] for pair in pairs if np.all(np.isfinite(pair))]) for i in (0, 1))
-    unseen = next(error for case, error in told if case is mine) if forced else math.nan
-    return Closeness(rms(own), 1.0 - (after / before) ** 2 if before > 0.0 else math.nan, unseen)
-
-
 def _augmented(run: FreeRun, motion: Motion) -> AugmentedRun:
     """A free run as a figure shows it: nan where it starts later than the recorded motion."""
     samples = int(np.sum(motion.inside))
@@ -191,9 +187,7 @@ def _verdict(
         as_scatter = alone.misfit <= FAR_ABOVE_NOISE and case.baseline.nrmse <= case.allowed
         return _without_a_name(plain, case, free_run_error(level, alone) > STILL_MISSING, as_scatter)
     fit, names = diagnosis.best.fit, (*known, *diagnosis.best.names)
-    training, held = (
-        rms([runs[m.name].nrmse for m in motions if m.name in runs]) for motions in (case.member.motions, case.held)
-    )
+    training, held = (error_of(motions, runs) for motions in (case.member.motions, case.held))
     added = [a for addend in fit.addends for a in addend.additions]
     if any(a.differs for a in added):
         held = math.nan  # what is an unseen trial's own, no other trial says

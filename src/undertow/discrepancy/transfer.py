@@ -13,7 +13,7 @@ from dataclasses import replace
 from undertow.comparison.joint import JointFit, fit_joint
 from undertow.comparison.level import Level, Member
 from undertow.conditioning.motion import Motion
-from undertow.discrepancy.validation import rms, score
+from undertow.discrepancy.validation import median_error, score
 from undertow.errors import IdentificationError
 
 
@@ -53,4 +53,4 @@ def _predicted(level: Level, member: Member, found: JointFit | None, trials: Seq
     if found is None:
         return float("nan")
     width = member.options.rest_offset_std
-    return rms([score(level, member, found, motion, width) for motion in trials])
+    return median_error([score(level, member, found, motion, width) for motion in trials])

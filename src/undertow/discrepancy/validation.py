@@ -7,8 +7,8 @@ belong here: finding the addition (search.py).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from undertow.comparison.deviations import learned_mean
 from undertow.comparison.joint import JointFit, shared_theta, sizes_of_its_own
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
 from undertow.conditioning.motion import Motion
+from undertow.discrepancy.case import Case
+from undertow.discrepancy.findings import AugmentedRun
 from undertow.discrepancy.verdict import PhysicalCheck
 from undertow.equation.registry import row
 from undertow.errors import IdentificationError
@@ -70,6 +72,44 @@ def rms(values: Sequence[float]) -> float:
     """Root mean square of the finite values; nan without one."""
     finite = [v for v in values if math.isfinite(v)]
     return math.sqrt(float(np.mean(np.square(finite)))) if finite else math.nan
+
+
+def median_error(values: Sequence[float]) -> float:
+    """Median of the finite values, nan without one: what a group's trials miss, before and after, and what they may."""
+    finite = [v for v in values if math.isfinite(v)]
+    return float(np.median(finite)) if finite else math.nan
+
+
+@dataclass(frozen=True)
+class Closeness:
+    """How far what is named reaches on a level: how many repeatabilities its training trials are away with it, and the
+    share of the squared error of unseen trials that it explains (nan where there are none); ``unseen``: the error of
+    the group's own unseen trials where an outside force is named, its size and phase fitted to each (else nan)."""
+
+    away: float = 0.0
+    explained: float = math.nan
+    unseen: float = math.nan
+
+
+NEAR = Closeness()
+"""What reaches all trials."""
+
+
+def error_of(motions: Iterable[Motion], runs: Mapping[str, AugmentedRun]) -> float:
+    """What a typical one of these trials misses; nan where none has a free run."""
+    return median_error([runs[m.name].nrmse for m in motions if m.name in runs])
+
+
+def reach(cases: Sequence[Case], mine: Case, runs: Mapping[str, AugmentedRun], forced: bool) -> Closeness:
+    """How far what is named reaches on the level's trials, in their groups' repeatabilities, and on those of one group
+    (``mine``) that it never saw, where an outside force is named (``forced``); trials of a group by their median, as
+    what the equation misses alone."""
+    own = [error_of(case.member.motions, runs) / case.allowed for case in cases]
+    told = [(case, error_of(case.held, runs)) for case in cases]
+    pairs = [(case.baseline.held_out_nrmse / case.allowed, after / case.allowed) for case, after in told]
+    before, after = (rms([pair[i] for pair in pairs if np.all(np.isfinite(pair))]) for i in (0, 1))
+    unseen = next(error for case, error in told if case is mine) if forced else math.nan
+    return Closeness(rms(own), 1.0 - (after / before) ** 2 if before > 0.0 else math.nan, unseen)
 
 
 def kernel_damping(fit: JointFit, addend: Addend, rate: float) -> Estimate:

@@ -331,12 +331,17 @@ def _floats(group: GroupFindings) -> str:
     )
 
 
+def _rubs(group: GroupFindings) -> bool:
+    """Whether the dry trials have a friction: an equation without one says nothing of the weight on the rail."""
+    return group.structure is not None and group.structure.mu.value > 0.0
+
+
 def _unloaded(group: GroupFindings) -> str:
     """That friction is less in water than in air, where nobody said how much weight the water takes off."""
     named = group.verdict.parameters.get(CoulombFriction.name)
     force = named.get(CoulombFriction.parameters[0].name) if isinstance(named, dict) else None
     body = group.specimen
-    if group.structure is None or not (body.volume_assumed and isinstance(force, Estimate) and force.value < 0.0):
+    if not (_rubs(group) and body.volume_assumed and isinstance(force, Estimate) and force.value < 0.0):
         return ""
     lacking, weight = -force.value, body.water_density_kg_per_m3 * body.gravity_m_per_s2
     volume = lacking / (group.structure.mu.value * weight)
@@ -352,7 +357,7 @@ def _other_level(group: GroupFindings, groups: Sequence[GroupFindings]) -> str:
     named, body = group.verdict.parameters.get(CoulombFriction.name), group.specimen
     force = named.get(CoulombFriction.parameters[0].name) if isinstance(named, dict) else None
     weight = body.water_density_kg_per_m3 * body.gravity_m_per_s2
-    if group.structure is None or not isinstance(force, Estimate) or not force.total_stderr < abs(force.value) / ERRORS:
+    if not (_rubs(group) and isinstance(force, Estimate) and force.total_stderr < abs(force.value) / ERRORS):
         return ""
     lift = group.structure.mu.value * weight
     volume, error = body.submerged_volume_m3 - force.value / lift, ERRORS * force.total_stderr / lift

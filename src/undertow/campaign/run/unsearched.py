@@ -8,9 +8,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from undertow.discrepancy.findings import TrialFindings
+from undertow.discrepancy.validation import median_error
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.discrepancy.words import count, group_title, percent
 from undertow.quantities import Estimate
@@ -27,11 +26,11 @@ def unsearched_verdict(
     missing = [t for t in trials if t.mismatch.missing]
     open_trials = [t for t in trials if not t.held_out]
     held = [t for t in trials if t.held_out]
-    typical = _median([t.mismatch.nrmse for t in open_trials])
+    typical = median_error([t.mismatch.nrmse for t in open_trials])
     described = Described(
-        typical, _median([t.mismatch.nrmse for t in held]), parameters
+        typical, median_error([t.mismatch.nrmse for t in held]), parameters
     )
-    limit = _median([t.mismatch.repeatability_nrmse for t in trials])
+    limit = median_error([t.mismatch.repeatability_nrmse for t in trials])
     sentence = _sentence(group_title(key), missing, trials, typical, limit)
     return Verdict(
         key,
@@ -39,7 +38,7 @@ def unsearched_verdict(
         held_out,
         "cannot_tell",
         baseline=described,
-        sensor_floor_nrmse=_median([t.mismatch.sensor_floor_nrmse for t in trials]),
+        sensor_floor_nrmse=median_error([t.mismatch.sensor_floor_nrmse for t in trials]),
         repeatability_nrmse=limit,
         sentence=sentence,
         because="nothing was looked for yet",
@@ -66,8 +65,3 @@ def _sentence(
         f"which it misses by {percent(m.nrmse)} (repeatability {percent(m.repeatability_nrmse)}), most in the "
         f"{where} third of the motion{line}."
     )
-
-
-def _median(values: Sequence[float]) -> float:
-    finite = [v for v in values if math.isfinite(v)]
-    return float(np.median(finite)) if finite else math.nan

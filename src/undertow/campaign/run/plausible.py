@@ -331,9 +331,9 @@ def _floats(group: GroupFindings) -> str:
     )
 
 
-def _rubs(group: GroupFindings) -> bool:
-    """Whether the dry trials have a friction: an equation without one says nothing of the weight on the rail."""
-    return group.structure is not None and group.structure.mu.value > 0.0
+def _dry_friction(group: GroupFindings) -> float:
+    """The dry trials' friction coefficient; 0 where nobody knows one: an equation without friction knows no weight."""
+    return 0.0 if group.structure is None else group.structure.mu.value
 
 
 def _unloaded(group: GroupFindings) -> str:
@@ -341,10 +341,11 @@ def _unloaded(group: GroupFindings) -> str:
     named = group.verdict.parameters.get(CoulombFriction.name)
     force = named.get(CoulombFriction.parameters[0].name) if isinstance(named, dict) else None
     body = group.specimen
-    if not (_rubs(group) and body.volume_assumed and isinstance(force, Estimate) and force.value < 0.0):
+    mu = _dry_friction(group)
+    if not (mu > 0.0 and body.volume_assumed and isinstance(force, Estimate) and force.value < 0.0):
         return ""
     lacking, weight = -force.value, body.water_density_kg_per_m3 * body.gravity_m_per_s2
-    volume = lacking / (group.structure.mu.value * weight)
+    volume = lacking / (mu * weight)
     return (
         f"friction is {format_number(lacking, force.total_stderr)} N less than in air, and "
         f"specimen.submerged_volume_m3 is not stated: {volume:.2g} m^3 of displaced water would take that much weight "
@@ -357,9 +358,9 @@ def _other_level(group: GroupFindings, groups: Sequence[GroupFindings]) -> str:
     named, body = group.verdict.parameters.get(CoulombFriction.name), group.specimen
     force = named.get(CoulombFriction.parameters[0].name) if isinstance(named, dict) else None
     weight = body.water_density_kg_per_m3 * body.gravity_m_per_s2
-    if not (_rubs(group) and isinstance(force, Estimate) and force.total_stderr < abs(force.value) / ERRORS):
+    lift = _dry_friction(group) * weight
+    if not (lift > 0.0 and isinstance(force, Estimate) and force.total_stderr < abs(force.value) / ERRORS):
         return ""
-    lift = group.structure.mu.value * weight
     volume, error = body.submerged_volume_m3 - force.value / lift, ERRORS * force.total_stderr / lift
     for other in (g for g in groups if not g.dry and not g.specimen.volume_assumed):
         theirs = other.specimen.submerged_volume_m3

@@ -263,3 +263,5 @@ def test_what_dry_trials_need_does_not_forget_what_repetitions_showed(tmp_path: 
     assert rig is not None
     assert rig.model.fixed is not None
     assert (rig.model.fixed.scatter["k"], rig.model.fixed.scatter_freedom) == (seen.values["k"], seen.freedom)
+    unweighed = [replace(task, anchor=replace(task.anchor, kind="none")) for task in tasks]
+    assert set(with_known(config, unweighed, [Addend("cubic_stiffness", (harder,))]).values()) == {None}

@@ -65,3 +65,15 @@ def test_a_level_that_bears_nothing_says_why(monkeypatch):
     level = SimpleNamespace(cases=(case,), told=())
     (said,) = judgement._Judge(())._judged(level, (BRISTLES, JOINT)).verdicts
     assert (said.status, said.because) == ("cannot_tell", "no suspect could be tried: the motion leaves every bound")
+
+
+@pytest.mark.parametrize(("known", "used"), [(True, (JOINT,)), (False, ())])
+def test_a_number_per_kilogram_of_the_dry_body_does_not_stand_in_water(monkeypatch, known, used):
+    """A stiffening spring of a body of unknown mass had been a drift of its stiffness beside it in water."""
+    monkeypatch.setattr(judgement, "in_water", lambda standing, specimens, dry: standing)
+    monkeypatch.setattr(judgement, "judge_level", lambda cases, suspects, here, *rest: here)
+    case = Case({"spring": "short"}, "spring short", None, (), Described(0.3, math.nan), 0.01, 0.05, 1, False, True)
+    case = SimpleNamespace(member=SimpleNamespace(label="short", model=SimpleNamespace(specimen=None)), also=case)
+    task = SimpleNamespace(anchor=SimpleNamespace(known=known))
+    level = SimpleNamespace(cases=(case,), tasks=(task,), told=())
+    assert judgement._Judge((), (JOINT,))(level) == used

@@ -207,6 +207,8 @@ class _Judge:
 
     def __call__(self, level: _Together) -> Judged:
         standing = in_water(self.standing, {c.member.label: c.member.model.specimen for c in level.cases}, self.dry)
+        if not all(task.anchor.known for task in level.tasks):
+            standing = ()  # a number per kilogram of the dry body is none of the body and its water
         if self.folder is None:
             return self._judged(level, standing)
         free = [c.member.free_start for c in level.cases]

@@ -144,8 +144,9 @@ def moved_slots(standing: Sequence[Addend], label: str) -> dict[str, str]:
 def with_known(
     config: RunConfig, tasks: Sequence[GroupTask], standing: Sequence[Addend]
 ) -> dict[GroupKey, WetRig | None]:
-    """Each group's rig with what stands for its spring; None for dry groups, springs that need nothing, and springs of
-    which no dry trial can be fitted beside it: their rig stays as it was."""
+    """Each group's rig with what stands for its spring; None for dry groups, springs that need nothing, springs of
+    which no dry trial can be fitted beside it, and where neither mass nor stiffness is known (a number per kilogram of
+    dry body is none in water): their rig stays as it was."""
     fits = {
         spring_label(config, task): dry_fits(
             task.motions, structural_terms(task.terms), task.specimen, TrialOptions(),
@@ -164,7 +165,7 @@ def with_known(
     for task in tasks:
         label = spring_label(config, task)
         slots = known_slots(in_water(standing, {label: task.specimen}, weighed), label)
-        ready = not task.dry and label in structures and bool(slots)
+        ready = not task.dry and task.anchor.known and label in structures and bool(slots)
         moved = moved_slots(standing, label)
         try:
             rigs[tuple(task.key.items())] = _rig(task, structures[label], slots, moved) if ready else None

@@ -10,7 +10,7 @@ import pytest
 
 from undertow.campaign.run import judgement
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.verdict import Described
+from undertow.discrepancy.verdict import Described, Gate, Verdict
 from undertow.errors import IdentificationError
 
 
@@ -77,3 +77,26 @@ def test_a_number_per_kilogram_of_the_dry_body_does_not_stand_in_water(monkeypat
     task = SimpleNamespace(anchor=SimpleNamespace(known=known))
     level = SimpleNamespace(cases=(case,), tasks=(task,), told=())
     assert judgement._Judge((), (JOINT,))(level) == used
+
+
+FURTHER = Gate("comes_closer", "further away", 7.4, 1.0, False, lacking="unseen", bars=("explained", "unknown"))
+LEFT = Gate("left_above_noise", "left", 3.0, 2.5, False)
+LIKELY = Gate("outweighed", "probability", 0.1, 0.5, False, bars=("explained",))
+
+
+@pytest.mark.parametrize(
+    ("names", "failed", "puzzles"),
+    [
+        (("quintic_stiffness", "unknown"), (FURTHER,), False),
+        (("quintic_stiffness", "unknown"), (FURTHER, LEFT), True),
+        (("quintic_stiffness", "unknown"), (FURTHER, LIKELY), True),
+        (("quintic_stiffness", "unknown"), (LEFT,), True),
+        (("unknown",), (FURTHER,), True),
+    ],
+)
+def test_a_name_that_one_dry_trial_did_not_prove_does_not_puzzle_the_water(names, failed, puzzles):
+    """At odds of 10^816 to 1 a fifth power was "nobody knows" in two waters, for one small release missed by less."""
+    said = Verdict({}, (), status="unknown", verdict=names, decision=failed)
+    wet = Case({}, "spring short", SimpleNamespace(label="short"), (), Described(0.3), 0.01, 0.05, 1, False, True)
+    (case,) = judgement._beside_unknown([wet], [SimpleNamespace(labels=("short",), verdicts=(said,))])
+    assert bool(case.dry_unknown) is puzzles

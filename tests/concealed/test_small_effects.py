@@ -494,8 +494,9 @@ def test_what_leaves_no_more_than_noise_is_not_passed_over_for_a_description_tha
 @pytest.mark.parametrize(
     ("error", "left", "score", "changing", "answer"),
     [
-        (6.0, 4000.0, 60.0, False, "external_forcing"), (0.9, 4000.0, 60.0, False, ""), (6.0, 900.0, 60.0, False, ""),
-        (6.0, 4000.0, 16.0, False, ""), (0.9, 1.5, 60.0, True, "external_forcing"), (0.9, 1.5, 16.0, True, ""),
+        (6.0, 4000.0, 60.0, False, "external_forcing"), (0.9, 4000.0, 60.0, False, ""), (6.0, 500.0, 60.0, False, ""),
+        (6.0, 900.0, 60.0, False, "external_forcing"), (6.0, 4000.0, 16.0, False, ""),
+        (0.9, 1.5, 60.0, True, "external_forcing"), (0.9, 1.5, 16.0, True, ""),
     ],
 )  # fmt: skip
 def test_two_strong_effects_are_found_from_another_first_one(monkeypatch, error, left, score, changing, answer):
@@ -510,6 +511,8 @@ def test_two_strong_effects_are_found_from_another_first_one(monkeypatch, error,
         return SimpleNamespace(suspects=suspects, score=score, fit=fit, out="")
 
     null, echo, force = one((), 0.0, 12000.0), one(("delayed_echo",), 15.0, left), one(("external_forcing",), 12.0, 3e3)
+    other = one(("delayed_echo",), 14.0, left + 1.0)  # the same law in another form is no other first one
+    other.suspects = (replace(other.suspects[0], variant="another"),)
     tried: list[object] = []
 
     def beside(depth: int) -> list[SimpleNamespace]:
@@ -517,14 +520,15 @@ def test_two_strong_effects_are_found_from_another_first_one(monkeypatch, error,
         return [one(("external_forcing", "hidden_resonator"), score, 1.0)]
 
     state = SimpleNamespace(
-        level=None, null=null, best=echo, error=error, found=[null, echo, force], _as_far_as_possible=beside
+        level=None, null=null, best=echo, error=error, found=[null, echo, other, force],
+        _as_far_as_possible=beside,
     )
     state._beside = partial(search._Search._beside, state)
     state._other_pair = partial(search._Search._other_pair, state)
     ahead = search._Search._from_another_first(state)
     assert ("" if ahead is None else ahead[0].suspects[0].name) == answer
     assert state.best is echo
-    assert tried == ([force] if changing or (error > 1.0 and left > 3000.0) else [])
+    assert tried == ([force] if changing or (error > 1.0 and left > 600.0) else [])
 
 
 def test_a_release_that_leaves_more_than_noise_is_held_against_pairs(monkeypatch):

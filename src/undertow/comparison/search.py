@@ -122,7 +122,7 @@ class _Search(Trying):
         any two that die out, and a release that leaves more than noise any that die out at once."""
         noisy, lone = self.best.fit.misfit > FAR_ABOVE_NOISE, len(self.best.suspects) == 1
         lone = lone and (changes(self.best.fit.addends[-1]) or (noisy and self.best.suspects[0].of_the_release))
-        far = self.error > 1.0 and noisy and not explains(self.null, self.best, NEARLY_ALL)
+        far = self.error > 1.0 and noisy and not explains(self.null, self.best, ALL)
         return self._other_pair(self.best.suspects[:1]) if lone or (far and self.best.suspects) else None
 
     def _in_place_of_two(self) -> tuple[Candidate, float] | None:
@@ -133,9 +133,10 @@ class _Search(Trying):
         return self._other_pair(self.best.suspects) if len(both) == 2 and more > self.best.score + ODDS else None
 
     def _other_pair(self, taken: Sequence[Suspect]) -> tuple[Candidate, float] | None:
-        """The most probable pair that begins with a single effect which is not among those taken, with the free run's
+        """The most probable pair that begins with a single effect of another name than those taken, with the free run's
         error, where it is more probable than what stands."""
-        pairs = self._beside([c for c in self.found if len(c.suspects) == 1 and c.suspects[0] not in taken])
+        names = {s.name for s in taken}
+        pairs = self._beside([c for c in self.found if len(c.suspects) == 1 and c.suspects[0].name not in names])
         able = [c for c in pairs if not c.out and c.score > self.best.score + ODDS]
         ahead = max(able, key=lambda c: c.score, default=None)
         return None if ahead is None else (ahead, free_run_error(self.level, ahead.fit))

@@ -183,6 +183,19 @@ def test_a_gain_beyond_every_replica_still_says_what_it_is_most_like():
     assert "most like linear damping" in said.sentence
 
 
+@pytest.mark.parametrize(("allowed", "green"), [(0.29, True), (0.31, False)])
+def test_where_repetitions_differ_by_a_third_of_the_motion_nothing_missing_says_nothing(allowed, green):
+    """A mass that changed by 4 % on the way was green at a repeatability of 40 %, half of which would not count."""
+    said = judged(GREEN, case(allowed=allowed), diagnosis(), True, beside(0.4))
+    assert (said.status == "nothing_missing") is green
+    (gate,) = (g for g in said.decision if g.gate == "upper_bound")
+    assert gate.passed is green
+    if not green:
+        assert (gate.value, gate.limit) == (pytest.approx(0.155), pytest.approx(0.15))
+        assert said.because.startswith("repetitions differ by 31 % of the motion, more than 30 %")
+        assert said.next_test.startswith("releases that differ less, or trials.window over fewer swings")
+
+
 @pytest.mark.parametrize(
     ("share", "status"), [(0.05, "unknown"), (0.022, "present_but_small"), (0.01, "nothing_missing")]
 )

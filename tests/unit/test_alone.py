@@ -40,7 +40,7 @@ def test_a_trial_that_is_not_what_it_seems_bars_green(how: str, held: str, statu
     tables = [recorded(0.08, at, **(strange if at == 4 else {"filtered": False})) for at in range(6)]
     found = undertow.diagnose(
         tables, ["stiffness", "viscous_damping"], units={"x": "m"}, mass_kg=4.0, stiffness_N_per_m=400.0,
-        suspects=["cubic_stiffness"], scatter={"k": 0.02, "c": 0.2}, names=[f"r{at}" for at in range(6)],
+        suspects=["cubic_stiffness"], scatter={"k": 0.004, "c": 0.1}, names=[f"r{at}" for at in range(6)],
         hold_out=[held],
     )  # fmt: skip
     assert found[0].status == status

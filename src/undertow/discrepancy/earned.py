@@ -20,6 +20,7 @@ from undertow.comparison.level import Level, Member
 from undertow.comparison.limits import WORTH
 from undertow.comparison.null_test import NullTest
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY
+from undertow.discrepancy.calibration import LEFT
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import DOUBLED, NAMED, NO_ANSWER, gates, indistinct
 from undertow.discrepancy.dry_check import DryAnswer
@@ -89,6 +90,14 @@ def earned(
     if verdict.status in NAMED and in_air.because:
         return replace(verdict, sentence=f"{verdict.sentence} It is there in water alone: {in_air.because}.")
     return verdict
+
+
+def stands_in_water(verdict: Verdict) -> bool:
+    """Whether a dry group's names leave no more than noise and nothing speaks against them but a few unseen trials,
+    which the equation alone met by chance: in water the same names have other trials to prove them."""
+    against = (g for g in verdict.decision if g.gate == LEFT or {*NAMED} & {*g.bars})
+    failed = {g.gate for g in against if not g.passed}
+    return set(verdict.verdict) > {"unknown"} and failed == {"comes_closer"}
 
 
 def _not_the_answer(verdict: Verdict, case: Case, gate: Gate, vague: Collection[str] = ()) -> Verdict:

@@ -30,8 +30,7 @@ from undertow.comparison.level import Addend, Member
 from undertow.comparison.suspect import Suspect
 from undertow.comparison.suspects import chosen
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.decision import NAMED
-from undertow.discrepancy.earned import NEXT
+from undertow.discrepancy.earned import NEXT, stands_in_water
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.judge import Judged, judge_level, undecided
 from undertow.discrepancy.mismatch import place_words
@@ -128,7 +127,7 @@ def _beside_unknown(cases: Sequence[Case], dry: Sequence[Judged]) -> list[Case]:
     said = {label: verdict for judged in dry for label, verdict in zip(judged.labels, judged.verdicts, strict=True)}
     puzzling = {
         label: f"nobody knows for sure what is missing in the dry trials too ({group_title(verdict.group)})"
-        for label, verdict in said.items() if verdict.status == "unknown" and not _stands(verdict)
+        for label, verdict in said.items() if verdict.status == "unknown" and not stands_in_water(verdict)
     }  # fmt: skip
     rivals = {label: verdict.alternatives for label, verdict in said.items() if verdict.status == "not_identifiable"}
     return [
@@ -136,14 +135,6 @@ def _beside_unknown(cases: Sequence[Case], dry: Sequence[Judged]) -> list[Case]:
             case, dry_unknown=puzzling.get(case.member.label, ""), dry_rivals=rivals.get(case.member.label, ())
         ) for case in cases
     ]  # fmt: skip
-
-
-def _stands(verdict: Verdict) -> bool:
-    """Whether a dry group's names leave no more than noise and nothing speaks against them but a few unseen trials,
-    which the equation alone met by chance: in water the same names have other trials to prove them."""
-    against = (g for g in verdict.decision if g.gate == "left_above_noise" or {*NAMED} & {*g.bars})
-    failed = {g.gate for g in against if not g.passed}
-    return set(verdict.verdict) > {"unknown"} and failed == {"comes_closer"}
 
 
 @dataclass(frozen=True)

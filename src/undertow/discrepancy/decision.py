@@ -54,8 +54,8 @@ PROVED = 1.5
 
 WIDE = 0.3
 """Repeatability above which "nothing is missing" says little: half of it would still not count. Of 300 nulls of the
-names study (5032000 on) no group in water has so much, of 192 green groups of sealed campaigns with nothing missing two (one
-campaign), of 69 green groups of those with an effect twelve (2128001, the first 135 rows)."""
+names study (5032000 on) no group in water has so much, of 192 green groups of sealed campaigns with nothing missing two
+(one campaign), of 69 green groups of those with an effect twelve (2128001, the first 135 rows)."""
 
 OF_ITS_OWN = 0.95
 """Share of what the equation's own fit leaves above noise that a description explains where no trial is unseen. Set

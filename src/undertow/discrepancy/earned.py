@@ -38,7 +38,7 @@ NEXT: Mapping[str, str] = {
     "alone": "the group again without that trial: what the others show",
     "no_dry": "three releases of this spring in air, with the body's mass or the spring's stiffness in the config",
     "assumed": "three releases in air, or three of the same size in this water, or state specimen.scatter",
-    "wide": "releases that differ less, or trials.window over fewer swings: in many swings a little in k is much",
+    "wide": "releases that differ less, or trials.window over fewer swings: what k differs by grows with every swing",
     "more": "more releases of this spring in this water, and larger ones",
     "unseen": "more releases: what these trials show does not carry over to the ones held out",
     "further": "more releases of different size in this water, from before the release until after rest",

@@ -242,7 +242,10 @@ def _upper_bound(case: Case, tested: NullTest) -> Gate:
     """Whether something as large as what counts could hide, also among repetitions that differ by too much."""
     statistic = "largest free-run error that an effect of all trials, or what trials differ by, can hide"
     if case.allowed > WIDE:
-        because = f"repetitions differ by more than {percent(WIDE)} of the motion: an effect of half as much could hide in that"
+        because = (
+            f"repetitions differ by more than {percent(WIDE)} of the motion: an effect of half as much could hide in "
+            "that"
+        )
         hides = max(COUNTS_IN_REPEATABILITY * case.allowed, tested.upper_bound)
         return Gate("upper_bound", statistic, hides, COUNTS_IN_REPEATABILITY * WIDE, False, because, "wide", GREEN)
     hides, limit = tested.upper_bound, tested.smallest

@@ -12,6 +12,7 @@ from experiments.names.verdicts import judge
 from tests.concealed.test_diagnosis import SHORT, member
 from undertow.comparison.candidate import doubt
 from undertow.comparison.clock import OWN_LEAVES
+from undertow.comparison.joining import has_room
 from undertow.comparison.joint import JointFit, fit_joint
 from undertow.comparison.level import Addend, Level, make_level
 from undertow.comparison.limits import FAR_ABOVE_NOISE
@@ -263,3 +264,17 @@ def test_phases_that_agree_say_nothing_of_a_tone_that_leaves_only_noise_of_what_
     locked = forced(level, np.full(3, 60.0), np.array([0.4, 0.4 + np.pi, 0.5]), own, left)
     said = doubt(level, locked, replace(locked, misfit=stood))
     assert ("is the body's own motion of" in said) == refused
+
+
+@pytest.mark.parametrize(
+    ("left", "stood", "named"), [(1.2, 1000.0, True), (1.2, 15.0, False), (2.6, 1000.0, False)],
+    ids=["a tone to the noise", "as much as trials differ by", "more than noise is left"],
+)  # fmt: skip
+def test_one_trial_shows_a_force_only_where_it_is_a_tone_that_leaves_no_more_than_noise(left, stood, named):
+    level = make_level([member("short", SHORT[:1], 5000)])
+    force = next(s for s in SUSPECTS if s.name == "external_forcing")
+    alone = forced(level, [60.0], [0.4], left=left)
+    assert has_room(level, force, alone)
+    said = doubt(level, alone, replace(alone, misfit=stood))
+    none = "external_forcing is distinct from zero in 1 of 1 trials; 2 show a clock of its own"
+    assert said == ("" if named else none)

@@ -176,6 +176,26 @@ def test_what_is_small_has_no_name_of_which_no_fit_has_sound_numbers(found):
     assert "most like linear damping" in said.sentence
 
 
+@pytest.mark.parametrize(
+    ("size", "hidden", "status"), [(0.5, 0.5, "present_but_small"), (1.2, 0.5, "unknown"), (0.5, 1.2, "unknown")]
+)
+def test_what_has_no_name_is_small_only_where_nothing_that_counts_is_as_likely_or_could_hide(size, hidden, status):
+    null = beside(0.004)
+    other = SuspectTest("hidden_resonator (amplitude-dependent)", 0.006, 1.0, size, hidden)
+    said = judged(GREEN, case(), diagnosis(), True, replace(null, tests=(*null.tests, other)))
+    assert (said.status, said.verdict) == (status, ("unknown",))
+    assert said.sentence.endswith("whether it is small these data do not tell.") == (status == "unknown")
+    strong = replace_label(candidate("cubic_stiffness", 40.0), "cubic_stiffness")
+    near = replace_label(candidate("quintic_stiffness", 39.0), "quintic_stiffness")
+    search = diagnosis(small=strong, candidates=[strong, near])
+    said = judged(GREEN, case(), search, True, replace(null, tests=(*null.tests, other)))
+    assert (said.status, said.verdict) == (status, ("unknown",))
+    assert ("something small is there" in said.sentence) == (status == "present_but_small")
+    search = diagnosis(small=strong, candidates=[strong])
+    said = judged(GREEN, case(), search, True, replace(null, tests=(*null.tests, other)))
+    assert (said.status, said.verdict) == ("present_but_small", ("cubic_stiffness",)), "what has a name keeps it"
+
+
 def test_a_gain_beyond_every_replica_still_says_what_it_is_most_like():
     null = beside(1e-6)
     said = judged(GREEN, case(), diagnosis(), True, replace(null, tests=(replace(null.tests[0], p_value=0.0),)))
@@ -210,6 +230,14 @@ def test_what_is_left_far_above_noise_is_no_green_however_much_trials_differ(mon
         monkeypatch.setattr("undertow.discrepancy.decision.wanders", lambda fit: True)
         said = judged(GREEN, case(), diagnosis(null=null), True, beside(0.4))
         assert (said.status, "a sensor that wanders" in said.because) == ("cannot_tell", True)
+
+
+def test_what_is_left_above_noise_is_small_only_where_no_more_could_hide(monkeypatch):
+    monkeypatch.setattr("undertow.discrepancy.decision.left_share", lambda fit: 0.021)
+    null = SimpleNamespace(score=0.0, fit=no_trial(4.0))
+    for hidden, status in ((0.5, "present_but_small"), (1.2, "unknown")):
+        said = judged(GREEN, case(), diagnosis(null=null), True, beside(0.4, hidden=hidden))
+        assert (said.status, said.verdict) == (status, ("unknown",))
 
 
 @pytest.mark.parametrize(

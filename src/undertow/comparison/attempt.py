@@ -44,6 +44,10 @@ FURTHER_OFF = 1.1
 """A fit that leaves so many times what it left without its last law lost the way: it could have left that law out."""
 
 SUSPECT_BUDGET = 3000.0
+PAIR_BUDGET = 500.0
+"""What a pair may spend that is fitted at once: those that were named took 5 to 100 looks (pairs study, 5030800),
+bristles beside another law 1,900, and were none."""
+
 LEVEL_BUDGET = 8000.0
 """What one suspect, and all of a level together, may spend, in looks at the level with the prescribed equation: the
 dearest that was named took 2000 (a resonator that depends on its amplitude)."""

@@ -40,8 +40,6 @@ def has_room(level: Level, suspect: Suspect, fit: JointFit) -> bool:
         return False
     if suspect.name in {addend.prefix for addend in level.standing}:
         return False
-    if suspect.origin == "outside" and level.trials < 2:
-        return False  # on one trial a clock of its own explains whatever is left: only the phase across trials tells
     if suspect.late:
         return any(m.window.held for member in level.members for m in member.motions)
     if suspect.frees:
@@ -51,7 +49,7 @@ def has_room(level: Level, suspect: Suspect, fit: JointFit) -> bool:
         return False  # nothing gives kilograms: an added mass is the scale of all other numbers
     if any(a.slot == "mass" and a.scope != "trial" for a in additions) and all(m.model.weighed for m in level.members):
         return False  # the same where kilograms come from the mass alone
-    if any(a.scope == "trial" for a in additions) and level.trials < 2:
+    if any(a.scope == "trial" for a in additions) and level.trials < 2 and suspect.origin != "outside":
         return False
     differing = any(a.slot == "mass" and a.scope == "trial" for a in additions)
     if differing and all(m.tells_its_scatter for m in level.members):

@@ -164,7 +164,7 @@ class _Search(Trying):
         for look in best_pairs(self.level, self.looked, [p for n in by for p in self.looks.get(n, ())], PAIRS):
             both = by[look.labels[0]], by[look.labels[1]]
             if may_pair(*both) and (look.gain - look.alone) * math.sqrt(self.null.fit.memory) > LEAST_GAIN:
-                prior, spent = self._prior(both), attempt.SUSPECT_BUDGET * self._one_look()
+                prior, spent = self._prior(both), attempt.PAIR_BUDGET * self._one_look()
                 pairs += from_pair(self.level, self.null, self.found, both, look.additions, prior, spent)
         self.found += pairs
         least = max(c.score for c in self.found if len(c.suspects) < 2 and (c.aside or not c.out)) + ODDS

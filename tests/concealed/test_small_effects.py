@@ -621,6 +621,33 @@ def test_a_law_that_hides_is_more_probable_by_a_million_takes_the_rest_and_moves
     assert search._Search._hiding_beside(state) is None
 
 
+def test_a_law_begins_at_its_own_starts_where_every_place_of_its_grid_lost_the_way(monkeypatch):
+    level = make_level([member("short", SHORT[:1], 2000, ((registry.find("linear_damping"), 250.0),))])
+    null, damping = Candidate((), stands(level), 0.0), found("linear_damping", "one for all springs")
+    (place,) = places(level, Stands.of(null.fit), damping)
+    near = from_places(level, null, damping, [place], 0.0)
+    lost = replace(null.fit, misfit=5.0 * null.fit.misfit, criterion=null.fit.criterion + 1e4)
+    looks = []
+
+    def from_a_place(*_: object) -> JointFit:
+        return lost
+
+    def attempted(level: Level, best: Candidate, suspect: Suspect, start: float, most: float) -> JointFit | None:
+        looks.append(most)
+        return began(level, best, suspect, start, most)
+
+    began = attempt._attempt
+    monkeypatch.setattr(attempt, "_from_place", from_a_place)
+    monkeypatch.setattr(attempt, "_attempt", attempted)
+    again = from_places(level, null, damping, [place], 0.0)
+    assert again is not None
+    assert looks == [attempt.TWICE]
+    assert again.fit.misfit == pytest.approx(near.fit.misfit, rel=1e-3)
+    monkeypatch.setattr(attempt, "_from_place", lambda *_: null.fit)
+    from_places(level, null, damping, [place], 0.0)
+    assert len(looks) == 1, "a place that came closer is enough"
+
+
 def test_a_place_knows_where_what_stands_goes_beside_its_law():
     """The same step in both: drag gives to a dashpot what it had taken up of it."""
     level = make_level([member("short", SHORT, 2000, ((registry.find("linear_damping"), 250.0),))])

@@ -34,6 +34,9 @@ SAME_END = 0.01
 QUICK_LOOKS = 300.0
 """What one start may spend, in looks at the level as it stands: those of laws that were named took under 200."""
 
+TWICE = 2.0
+"""As much more may a law's own start spend where all from places of its grid lost the way: bristles take short steps."""
+
 OUT_OF_REACH = 1.2
 """A fit finds a line from a start within this ratio of its frequency."""
 
@@ -108,6 +111,9 @@ def from_places(
     if suspect.memory and suspect.origin == "water" and not best.suspects and stands != level:
         tried.append((level, places[0]))
     fits = [f for w, p in tried if (f := _from_place(w, best, suspect, p)) is not None]
+    if places and all(_lost(best, f) for f in fits):  # one linear step from places tells little of bristles
+        starts = suspect.starts(level.scales)[:REFINED]
+        fits += [f for s in starts if (f := _attempt(stands, best, suspect, s, TWICE)) is not None]
     if fits:
         fits += _half_periods_on(level, best, suspect, min(fits, key=lambda f: f.criterion))
     fits += [f for start in further if (f := _in_windows(stands, best, suspect, start)) is not None]
@@ -240,7 +246,9 @@ def _waters(level: Level, best: Candidate, suspect: Suspect) -> tuple[Level, ...
     return (level,)
 
 
-def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> JointFit | None:
+def _attempt(
+    level: Level, best: Candidate, suspect: Suspect, start: float, looks: float = 1.0
+) -> JointFit | None:
     """One fit from one start, at the noise of what stands; None where it gives no motion.
 
     What is far from what stands is fitted in growing windows and in one: either can end beside the answer.
@@ -250,7 +258,7 @@ def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float) -> J
     known = best.fit.values if best.suspects or not suspect.memory else {}
     new = suspect.memory or suspect.late > 0.0 or not level.shares(best.fit.solution.problem.names)
     ways = (True, False) if new and not best.suspects else (False,)
-    return _nearer(*(_with(level, best, (addend,), known, growing) for growing in ways))
+    return _nearer(*(_with(level, best, (addend,), known, growing, looks) for growing in ways))
 
 
 def _in_windows(level: Level, best: Candidate, suspect: Suspect, start: float) -> JointFit | None:
@@ -317,14 +325,15 @@ def turned(fit: JointFit, addend: Addend, later_s: float) -> dict[str, float]:
 
 
 def _with(
-    level: Level, best: Candidate, more: tuple[Addend, ...], known: Mapping[str, float], growing: bool
+    level: Level, best: Candidate, more: tuple[Addend, ...], known: Mapping[str, float], growing: bool,
+    looks: float = 1.0,
 ) -> JointFit | None:
     """A quick fit of what stands with one addend more, or two; None where it gives no motion, or takes so many steps
     that it is no start: of hysteresis that yields at next to nothing, which is dry friction.
 
     The error that a sensor has in all trials is found with wide priors first, then each trial's own about it.
     """
-    with metered(QUICK_LOOKS * one_look(best.fit)) as meter:
+    with metered(looks * QUICK_LOOKS * one_look(best.fit)) as meter:
         try:
             fit = fit_joint(level, (*best.fit.addends, *more), best.fit.memory, known, best.fit.misfit, growing, True)
             addend = more[-1]

@@ -148,3 +148,15 @@ def test_a_set_is_no_rival_of_itself_beside_a_resonator_that_stands_and_hardly_r
     assert rivals_of(best, [best, near]) == (("gain_error",),)
     two = Candidate((shift, gain), fit, 0.0)
     assert rivals_of(two, [two, Candidate((gain, shift), fit, -1.0)]) == ()
+
+
+def test_a_set_of_another_size_is_a_rival_where_it_has_no_name_in_common():
+    echo, damping, force = (next(s for s in SUSPECTS if s.name == n) for n in (
+        "delayed_echo", "linear_damping", "external_forcing"
+    ))  # fmt: skip
+    fit = SimpleNamespace(criterion=0.0, values={})
+    best, two = Candidate((force,), fit, 0.0), Candidate((echo, damping), fit, -1.0)
+    assert rivals_of(best, [best, two]) == (("delayed_echo", "linear_damping"),)
+    assert rivals_of(best, [best, Candidate((force, damping), fit, -1.0)]) == (), "more of the same contradicts nothing"
+    assert rivals_of(best, [best, Candidate((echo, damping), fit, -5.0)]) == ()
+    assert rivals_of(two, [Candidate((force,), fit, -1.5), two]) == (("external_forcing",),)

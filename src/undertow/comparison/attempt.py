@@ -35,7 +35,7 @@ QUICK_LOOKS = 300.0
 """What one start may spend, in looks at the level as it stands: those of laws that were named took under 200."""
 
 TWICE = 2.0
-"""As much more may a law's own start spend where all from places of its grid lost the way: bristles take short steps."""
+"""So much may a law's own start spend where all from places of its grid lost the way: bristles take short steps."""
 
 OUT_OF_REACH = 1.2
 """A fit finds a line from a start within this ratio of its frequency."""

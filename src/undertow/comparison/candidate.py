@@ -174,11 +174,11 @@ def _at_its_bound(fit: JointFit, addend: Addend, suspect: Suspect) -> str:
 
 
 def rivals_of(best: Candidate, found: Sequence[Candidate]) -> tuple[tuple[str, ...], ...]:
-    """Other sets of names of the same size within `RIVAL_ODDS`."""
+    """Other sets of names within `RIVAL_ODDS`: of the same size, or with no name in common."""
     near = [
         c.names for c in found
-        if not c.out and c.suspects
-        and best.score - c.score < math.log(RIVAL_ODDS) and len(c.names) == len(best.names)
+        if not c.out and c.suspects and best.score - c.score < math.log(RIVAL_ODDS)
+        and (len(c.names) == len(best.names) or not set(c.names) & set(best.names))
     ]  # fmt: skip
     if damping_ratio(best.fit) > OVERDAMPED:
         near.append(tuple(s.overdamped_as or s.name for s in best.suspects))

@@ -18,9 +18,9 @@ from undertow.discrepancy.alone import Alone
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import posterior
 from undertow.discrepancy.dry_check import DryAnswer
-from undertow.discrepancy.earned import earned
+from undertow.discrepancy.earned import NEXT, earned
 from undertow.discrepancy.judge import _left, _physics, _unit, _without_a_name
-from undertow.discrepancy.naming import other_sets
+from undertow.discrepancy.naming import next_test, other_sets
 from undertow.discrepancy.sentence import no_answer, sentence_of
 from undertow.discrepancy.validation import Closeness, reach
 from undertow.discrepancy.verdict import Described, Verdict
@@ -194,6 +194,19 @@ def test_what_has_no_name_is_small_only_where_nothing_that_counts_is_as_likely_o
     search = diagnosis(small=strong, candidates=[strong])
     said = judged(GREEN, case(), search, True, replace(null, tests=(*null.tests, other)))
     assert (said.status, said.verdict) == ("present_but_small", ("cubic_stiffness",)), "what has a name keeps it"
+
+
+def test_what_nobody_knows_has_a_next_test_too():
+    said = judged(GREEN, case(), diagnosis(), True, beside(0.004, size=1.2))
+    assert (said.verdict, said.next_test) == (("unknown",), next_test("linear_damping"))
+    assert said.next_test.startswith("a longer decay from a small release")
+    null = SimpleNamespace(score=0.0, fit=no_trial(4.0))
+    for facts, words in (({}, NEXT["unnamed"]), ({"dry": True}, NEXT["unnamed"].replace(" in this water", ""))):
+        said = judged(UNKNOWN, case(**facts), diagnosis(null=null), True, beside(0.3))
+        assert (said.status, said.next_test) == ("unknown", words)
+    assert judged(GREEN, case(), diagnosis(), True, beside(0.4)).next_test == ""
+    small = judged(GREEN, case(), diagnosis(), True, beside(0.004))
+    assert (small.verdict, small.next_test) == (("linear_damping",), next_test("linear_damping"))
 
 
 def test_a_gain_beyond_every_replica_still_says_what_it_is_most_like():

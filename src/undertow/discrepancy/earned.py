@@ -46,6 +46,7 @@ NEXT: Mapping[str, str] = {
     "beside": "more releases of different size in this water: something beside what is named is not known yet",
     "distinct": "more releases of different size in this water, three of them of the same size",
     "described": "three releases of the same size in this water, one of them held out",
+    "unnamed": "more releases of different size in this water, recorded from before the release until after rest",
     "dry": "more releases of different size in this water, some from rest to rest, and the same in air once more",
     "structure": "more dry releases of different size, some from rest to rest: what the structure lacks comes first",
     "search": "look at the trials that could not be fitted; a start or a window in the config may help",
@@ -72,10 +73,19 @@ def earned(
     reach: Closeness = NEAR,
 ) -> Verdict:
     """The verdict itself, ``cannot_tell`` with what is lacking, or ``present_but_small``: the first of its `gates` that
-    is not passed and bars its status decides."""
+    is not passed and bars its status decides. With what would lead on, also where nobody knows what is there."""
     decision = gates(verdict, case, diagnosis, tested, holds_doubled, in_air, reach)
-    verdict = replace(verdict, decision=decision)
-    for gate in decision:
+    said = _by_its_gates(replace(verdict, decision=decision), case, diagnosis, tested, in_air)
+    if said.next_test or not said.verdict:
+        return said
+    return replace(said, next_test=next_test(said.verdict[0]) or _next("unnamed", case))
+
+
+def _by_its_gates(
+    verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest, in_air: DryAnswer
+) -> Verdict:
+    """What becomes of a verdict that has its `gates`."""
+    for gate in verdict.decision:
         if gate.passed or verdict.status not in gate.bars:
             continue
         if gate.lacking in ("small", "stands_out") and diagnosis.small is not None:
@@ -85,7 +95,8 @@ def earned(
         if gate.lacking == "stands_out":
             return _standing_out(verdict, case, diagnosis, tested, in_air)
         if gate.lacking in NO_ANSWER_BUT and verdict.status != "nothing_missing":
-            vague = indistinct(diagnosis) if any(g.gate == "distinct" and not g.passed for g in decision) else ()
+            not_distinct = any(g.gate == "distinct" and not g.passed for g in verdict.decision)
+            vague = indistinct(diagnosis) if not_distinct else ()
             return _not_the_answer(verdict, case, gate, vague)
         said = without_answer(verdict, case, gate.because, gate.lacking)
         return replace(said, contradicted=bool(case.contradiction))
@@ -176,7 +187,7 @@ def _small(
         f"{'.' if surely else MAY_COUNT}"
     )
     status: Status = "present_but_small" if surely else "unknown"
-    return replace(verdict, status=status, verdict=(name,), sentence=text)
+    return replace(verdict, status=status, verdict=(name,), next_test=next_test(likely[0]), sentence=text)
 
 
 def _surely_small(verdict: Verdict, tested: NullTest) -> bool:
@@ -233,7 +244,7 @@ def _standing_out(
     )
     name = likely[0] if named else "unknown"
     status: Status = "present_but_small" if small else "unknown"
-    return replace(verdict, status=status, verdict=(name,), sentence=text)
+    return replace(verdict, status=status, verdict=(name,), next_test=next_test(likely[0]), sentence=text)
 
 
 def holds_with_twice_the_scatter(level: Level, diagnosis: LevelDiagnosis) -> bool:

@@ -157,6 +157,24 @@ def test_without_a_name_the_held_out_trial_with_the_largest_error_is_shown():
     assert "error of the repaired equation" not in words
 
 
+def test_where_something_is_there_without_a_name_the_trial_shown_is_of_that_group():
+    first, second = small_findings().groups
+    green = replace(first, verdict=replace(first.verdict, status="nothing_missing", verdict=()))
+    trials = tuple(replace(t, held_out=False, augmented=None) for t in second.trials)
+    verdict = replace(second.verdict, status="unknown", verdict=("unknown",), augmented=None)
+    findings = replace(small_findings(), groups=(green, replace(second, trials=trials, verdict=verdict)))
+    assert any(t.held_out for t in green.trials)
+    shown = shown_trial(findings)
+    assert shown is not None
+    assert (shown.place, shown.trial.held_out) == (1, False)
+    assert shown.error == max(t.mismatch.nrmse for t in trials)
+    quiet = replace(verdict, status="cannot_tell", verdict=())
+    findings = replace(findings, groups=(green, replace(second, trials=trials, verdict=quiet)))
+    shown = shown_trial(findings)
+    assert shown is not None
+    assert (shown.place, shown.trial.held_out) == (0, True)
+
+
 def test_findings_without_trials_show_none():
     bare = bare_findings()
     assert shown_trial(replace(bare, groups=(replace(bare.groups[0], trials=()),))) is None

@@ -52,14 +52,17 @@ class Shown:
 
 def shown_trial(findings: Findings) -> Shown | None:
     """The held-out trial where what was found brings the free run closest; where nothing is named, the one with the
-    largest error. Only a campaign that holds none out shows a trial that was fitted."""
+    largest error of the groups in which something is there, or of all. Only groups that hold none out show a trial that
+    was fitted."""
     every = [Shown(t, g, i) for i, g in enumerate(findings.groups) for t in g.trials]
     every = [shown for shown in every if math.isfinite(shown.error)]
     unseen = [shown for shown in every if shown.trial.held_out]
     for some in ([s for s in unseen if s.repaired], [s for s in every if s.repaired]):
         if some:
             return max(some, key=lambda shown: shown.gain)
-    return max(unseen or every, key=lambda shown: shown.error, default=None)
+    there = [shown for shown in every if shown.group.verdict.verdict]
+    seen = [s for s in unseen if s.group.verdict.verdict] or there or unseen or every
+    return max(seen, key=lambda shown: shown.error, default=None)
 
 
 def first_screen(findings: Findings, anchors: Sequence[str]) -> Block:

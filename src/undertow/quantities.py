@@ -165,11 +165,12 @@ NEGLIGIBLE = 1e-6
 
 def format_estimate(estimate: Estimate) -> str:
     """``value ± noise (noise) ± systematic (systematic) unit``, digits as the larger error allows; a pure number has
-    no unit."""
-    largest = max((e for e in (estimate.stderr, estimate.systematic) if math.isfinite(e)), default=math.nan)
-    text = format_number(estimate.value, largest)
+    no unit, one that was held where it is (an error of rounding alone) no noise."""
+    fixed = 0.0 < estimate.stderr < abs(estimate.value) / 10.0**DIGITS_AT_MOST
+    errors = (math.nan if fixed else estimate.stderr, estimate.systematic)
+    text = format_number(estimate.value, max((e for e in errors if math.isfinite(e)), default=math.nan))
     held = 0.0 < estimate.stderr < NEGLIGIBLE * estimate.systematic  # taken over from another fit: its error alone
-    if math.isfinite(estimate.stderr) and not held:
+    if math.isfinite(errors[0]) and not held:
         text += f" ± {format_number(estimate.stderr, estimate.stderr)}"
         if estimate.systematic > 0.0:
             text += f" (noise) ± {format_number(estimate.systematic, estimate.systematic)} (systematic)"

@@ -65,6 +65,11 @@ def test_a_number_taken_over_from_another_fit_prints_its_systematic_error_alone(
     assert "(noise)" in format_estimate(Estimate(2414000.0, 6.0, 12000.0, unit="N/m"))
 
 
+def test_an_error_of_rounding_alone_is_not_printed():
+    assert format_estimate(Estimate(0.0620991929, 4e-23, unit="N")) == "0.062099 N"
+    assert format_estimate(Estimate(0.0620991929, 4e-9, unit="N")) == "0.062099193 ± 0.000000004 N"
+
+
 def test_total_error_adds_both_parts_in_quadrature():
     assert Estimate(1.0, 3.0, 4.0).total_stderr == pytest.approx(5.0)
 

@@ -639,9 +639,12 @@ def test_a_law_begins_at_its_own_starts_where_every_place_of_its_grid_lost_the_w
     began = attempt._attempt
     monkeypatch.setattr(attempt, "_from_place", from_a_place)
     monkeypatch.setattr(attempt, "_attempt", attempted)
+    limits, metered = [], attempt.metered
+    monkeypatch.setattr(attempt, "metered", lambda limit: (limits.append(limit), metered(limit))[1])
     again = from_places(level, null, damping, [place], 0.0)
     assert again is not None
-    assert looks == [attempt.TWICE]
+    assert looks == [attempt.LOST_LOOKS]
+    assert limits == [attempt.LOST_LOOKS * attempt.QUICK_LOOKS * attempt.one_look(null.fit)]
     assert again.fit.misfit == pytest.approx(near.fit.misfit, rel=1e-3)
     monkeypatch.setattr(attempt, "_from_place", lambda *_: null.fit)
     from_places(level, null, damping, [place], 0.0)

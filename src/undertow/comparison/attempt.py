@@ -34,8 +34,9 @@ SAME_END = 0.01
 QUICK_LOOKS = 300.0
 """What one start may spend, in looks at the level as it stands: those of laws that were named took under 200."""
 
-TWICE = 2.0
-"""So much may a law's own start spend where all from places of its grid lost the way: bristles take short steps."""
+LOST_LOOKS = 2.0
+"""Times `QUICK_LOOKS`: what a law's own start may spend where all fits from its grid lost the way. Bristles take short
+steps."""
 
 OUT_OF_REACH = 1.2
 """A fit finds a line from a start within this ratio of its frequency."""
@@ -46,11 +47,11 @@ OF_NO_SIZE = 1e-3
 FURTHER_OFF = 1.1
 """A fit that leaves so many times what it left without its last law lost the way: it could have left that law out."""
 
-SUSPECT_BUDGET = 3000.0
 PAIR_BUDGET = 500.0
 """What a pair may spend that is fitted at once: those that were named took 5 to 100 looks (pairs study, 5030800),
 bristles beside another law 1,900, and were none."""
 
+SUSPECT_BUDGET = 3000.0
 LEVEL_BUDGET = 8000.0
 """What one suspect, and all of a level together, may spend, in looks at the level with the prescribed equation: the
 dearest that was named took 2000 (a resonator that depends on its amplitude)."""
@@ -113,7 +114,7 @@ def from_places(
     fits = [f for w, p in tried if (f := _from_place(w, best, suspect, p)) is not None]
     if places and all(_lost(best, f) for f in fits):  # one linear step from places tells little of bristles
         starts = suspect.starts(level.scales)[:REFINED]
-        fits += [f for s in starts if (f := _attempt(stands, best, suspect, s, TWICE)) is not None]
+        fits += [f for s in starts if (f := _attempt(stands, best, suspect, s, LOST_LOOKS)) is not None]
     if fits:
         fits += _half_periods_on(level, best, suspect, min(fits, key=lambda f: f.criterion))
     fits += [f for start in further if (f := _in_windows(stands, best, suspect, start)) is not None]
@@ -246,10 +247,9 @@ def _waters(level: Level, best: Candidate, suspect: Suspect) -> tuple[Level, ...
     return (level,)
 
 
-def _attempt(
-    level: Level, best: Candidate, suspect: Suspect, start: float, looks: float = 1.0
-) -> JointFit | None:
-    """One fit from one start, at the noise of what stands; None where it gives no motion.
+def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float, looks: float = 1.0) -> JointFit | None:
+    """One fit from one start, at the noise of what stands, in so many times `QUICK_LOOKS`; None where it gives no
+    motion.
 
     What is far from what stands is fitted in growing windows and in one: either can end beside the answer.
     """

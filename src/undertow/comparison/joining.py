@@ -50,7 +50,7 @@ def has_room(level: Level, suspect: Suspect, fit: JointFit) -> bool:
     if any(a.slot == "mass" and a.scope != "trial" for a in additions) and all(m.model.weighed for m in level.members):
         return False  # the same where kilograms come from the mass alone
     if any(a.scope == "trial" for a in additions) and level.trials < 2 and suspect.origin != "outside":
-        return False
+        return False  # an outside force of one trial may be a tone that nothing else is (clock.py)
     differing = any(a.slot == "mass" and a.scope == "trial" for a in additions)
     if differing and all(m.tells_its_scatter for m in level.members):
         return False  # a decay knows k / M alone: what k scatters by is seen in these very trials

@@ -192,8 +192,8 @@ def _small(
 
 def _surely_small(verdict: Verdict, tested: NullTest) -> bool:
     """Whether what has no name is small: none of what stands out nearly as much as the first would count, and nothing
-    that would could hide. Of 49 groups of sealed campaigns (2122001, 2128001) of which this was not asked 23 had an
-    effect that counts, 15 of 20 where more could hide."""
+    that would could hide. Of 59 groups of sealed campaigns (2122001, 2128001) of which this was not asked 23 had an
+    effect that counts, of eleven where more could hide seven."""
     return not _more_could_hide(verdict) and all(t.size < 1.0 for t in _near(tested))
 
 

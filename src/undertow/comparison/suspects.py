@@ -157,6 +157,10 @@ SHORTEST_MEMORY = 0.25
 """Radians of the slowest body that a relaxation remembers at least: a faster one is damping, to a sixteenth of it."""
 
 
+STIFFEST = 20.0
+"""Stiffness of a memory over the body's own from which on it holds the body fast while it lasts."""
+
+
 def _relaxation(s: Scales, start: float) -> tuple[Addition, ...]:
     k = s.mass * s.rate**2
     return (
@@ -186,14 +190,14 @@ def _small_hysteresis(s: Scales, start: float) -> tuple[Addition, ...]:
     return (replace(stiffness, also=("fb", start)),)
 
 
-STIFFEST = 20.0
-"""Stiffness of bristles over the body's own from which on they look like sliding (and are slow to follow)."""
+STIFFEST_BRISTLES = 3000.0
+"""Stiffness of bristles over the body's own from which on they look like sliding."""
 
 
 def _presliding(s: Scales, start: float) -> tuple[Addition, ...]:
     """Bristles that yield at the force of dry friction: none is left beside them."""
     k = s.mass * s.rate**2
-    size, least, most = k * start, 1e-3 * k, STIFFEST * k
+    size, least, most = k * start, 1e-3 * k, STIFFEST_BRISTLES * k
     return (Addition("stiffness_N_per_m", "N/m", "kb", size, size, least, most, moves=("fc", "fb")),)
 
 
@@ -328,7 +332,7 @@ SUSPECTS: tuple[Suspect, ...] = (
         look=_small_hysteresis, without_sliding=BRISTLES,
     ),
     Suspect(
-        BRISTLES, "structure", _presliding, lambda s: (0.1, 1.0), fine=lambda s: (0.03, 0.1, 0.3, 1.0, 3.0, 10.0),
+        BRISTLES, "structure", _presliding, lambda s: (0.1, 1.0), fine=lambda s: _geometric(0.03, 1000.0, 3.2),
         words="bristles that yield where dry friction would slide",
         next_test="a slow push and pull of less than the friction, displacement and load recorded",
     ),

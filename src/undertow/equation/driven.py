@@ -18,7 +18,6 @@ from undertow.equation.base_motion import seen_from_earth
 from undertow.equation.columns import fading, most_damped, stiffest
 from undertow.equation.driven_slots import DRIVEN_SLOT, LUGRE, MOVING
 from undertow.equation.input import Drive, MotionSize
-from undertow.equation.simulate import MOST_STIFF, STABLE
 from undertow.equation.term import Array
 from undertow.errors import IdentificationError
 
@@ -33,6 +32,11 @@ MOST_STEPS_A_SAMPLE = 200.0
 """Steps a sample beyond which a body is too stiff for its record: its fastest mode would have some 17 periods in a
 sample. A search that tries a mass of nearly nothing would else integrate for hours."""
 
+STABLE = 5.0
+"""Rate, over the one that its steps are made for, up to which a fourth-order step stays stable with twelve a period."""
+
+MOST_STIFF = 50.0
+"""Bristles that follow this many times faster than the body swings are sliding friction; steps get no shorter."""
 
 MOST_BENDS_A_SAMPLE = 50.0
 """Ways over which LuGre's bristles bend, g / sigma0, that a body at its largest speed may go in a sample: beyond them

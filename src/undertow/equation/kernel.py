@@ -32,6 +32,7 @@ from undertow.compiling import OPTIONS, WITHIN, compiled, mark_of
 from undertow.equation import algebra
 from undertow.equation.algebra import (
     _CP,
+    _FB,
     _FCOS,
     _FS,
     _FSIN,
@@ -39,6 +40,7 @@ from undertow.equation.algebra import (
     _GE,
     _GSIN,
     _HM,
+    _KB,
     _MASS,
     _NH,
     _P,
@@ -104,6 +106,13 @@ _SHARP_EXPONENT = 1.8
 _POWER_SHARE = 0.5
 _POWER_FINEST = 256.0
 """Below that exponent steps near v = 0 change v by half of it, the finest by 1/256 of a full step's change."""
+_BEND = 0.25
+_STABLE = 2.0
+_RING = 0.25
+"""Bristles that do not yet yield: a step bends them by a quarter of their reach fb / kb, by more where less is left to
+bend (the fifth order's error stays), within what is stable, and takes a quarter radian of their own swing at most."""
+_YIELDED = 1e-10
+"""Share of their force within which bristles slide with the body: they stay as they are until it reverses."""
 _ECHOES = 3.0
 """How often a kink's echo is a step's end again: each echo is smoother by one derivative than what it repeats."""
 _INSTANT = 1e-12
@@ -354,6 +363,14 @@ def _short_near_reversal(th, speed, slope, h):
     if th[_CP] != 0.0 and th[_P] < _SHARP_EXPONENT:
         change = min(change, _POWER_SHARE * speed + slope * h / _POWER_FINEST)
     return h if change >= slope * h else change / slope
+
+
+@njit(**WITHIN)
+def _short_while_bending(th, left, speed, slope, h):
+    """Step length for bristles with the share ``left`` of their force to go, at the speed |v| and its slope |a|."""
+    reach = min(_STABLE, _BEND * left**-0.2) * th[_FB] / abs(th[_KB])
+    stiff = np.sqrt(abs(th[_KB]) * left / th[_MASS])
+    return min(h, _RING / stiff, 2.0 * reach / (speed + np.sqrt(speed * speed + 2.0 * slope * reach) + 1e-300))
 
 
 # ---------------------------------------------------------------- events
@@ -643,6 +660,9 @@ def _with_mark(mark: int) -> Any:
         next_kink = 0
         driven = delayed or _stirs(th, dims)
         rubs = _rubs(th)
+        bristles = dims[4] > 0 and th[_KB] != 0.0
+        yielded = th.copy()
+        yielded[_KB] = 0.0
         sharp = th[_FS] != 0.0 or (th[_CP] != 0.0 and th[_P] < _SHARP_EXPONENT)
         watch = np.empty(5 + MAX_HIDDEN, np.int64)
         watch = watch[: _watched(th, active, dims, watch)]
@@ -667,6 +687,13 @@ def _with_mark(mark: int) -> Any:
             h = h_max
             if sharp:
                 h = _short_near_reversal(th, abs(y[1, 0]), abs(k[0, 1, 0]), h_max)
+            law = th
+            if bristles and d != 0.0:
+                left = 1.0 - d * y[n - 1, 0] / th[_FB]
+                if left > _YIELDED:
+                    h = _short_while_bending(th, left, abs(y[1, 0]), abs(k[0, 1, 0]), h)
+                else:
+                    law = yielded
             on_kink = next_kink < n_kinks and kinks[next_kink, 0] < t + h * (1.0 + 1e-9)
             if on_kink:
                 h = kinks[next_kink, 0] - t
@@ -675,8 +702,8 @@ def _with_mark(mark: int) -> Any:
                 next_kink += 1
                 continue
             world = (past, stored)
-            _step(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac)
-            event, length = _first_event(th, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac, watch)
+            _step(law, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac)
+            event, length = _first_event(law, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac, watch)
             on_kink = on_kink and length == h
             h = length
             steps += 1

@@ -21,23 +21,12 @@ from undertow.errors import IdentificationError, UndertowError
 STEPS_PER_PERIOD = 60
 """Largest step of a simulation: this many a period of the fastest mode (error under 1e-5 of x0; see docs)."""
 
-
-STABLE = 5.0
-"""Rate, over the one that its steps are made for, up to which a fourth-order step stays stable with twelve a period."""
-
 SPLIT_TOLERANCE = 1e-10
 """Relative tolerance of DOP853 for laws that the compiled integrator does not know."""
 
 HIDDEN_SHARE, OUTSIDE_SHARE = 0.6, 0.4
 """Of a body's steps a period, those of a hidden oscillator, and of what acts from outside or fades: their errors reach
 the body only through the force on it, and are smaller there (tests/unit/test_steps.py)."""
-
-STEPS_OF_BRISTLES = 16
-"""Steps that bristles need, by the rate over `STABLE`: with twelve they are stable, and then exact to 1e-8."""
-
-MOST_STIFF = 50.0
-"""Bristles that follow this many times faster than the body swings are sliding friction; steps get no shorter."""
-
 
 @dataclass(frozen=True)
 class Trajectory:
@@ -53,24 +42,22 @@ class Trajectory:
 
 
 def fastest_frequency(theta: Array) -> float:
-    """Fastest linear rate of a parameter vector, rad/s: body at its stiffest, hidden oscillators, forcing, bristles.
-
-    Amplitude enters through the hardening terms at the initial displacement, and through the speed at which bristles
-    bend: they follow with kb |v| / fb, an explicit step with `STABLE` times its own rate.
-    """
-    return max(_rates(theta)) or 1.0
+    """Fastest linear rate of a parameter vector, rad/s: body at its stiffest, the hardening terms at the initial
+    displacement, on its bristles too, hidden oscillators, forcing."""
+    own, on_bristles, hidden, outside = _rates(theta)
+    return max(own, on_bristles, hidden, outside) or 1.0
 
 
 def step_of_motion(theta: Array, steps_per_period: int) -> float:
     """Largest step of a parameter vector's motion, s: ``steps_per_period`` of the body's, and the share that what
-    swings beside it or acts on it needs."""
-    own, bristles, hidden, outside = _rates(theta)
+    swings beside it or acts on it needs. (The integrator shortens steps itself where bristles bend.)"""
+    own, _, hidden, outside = _rates(theta)
     rate = max(own, HIDDEN_SHARE * hidden, OUTSIDE_SHARE * outside) or 1.0
-    return 2.0 * math.pi / max(rate * steps_per_period, bristles * STEPS_OF_BRISTLES)
+    return 2.0 * math.pi / rate / steps_per_period
 
 
 def _rates(theta: Array) -> tuple[float, float, float, float]:
-    """Fastest rates of the body, its bristles, hidden oscillators, and what acts from outside or fades."""
+    """Fastest rates of the body, of the body on its bristles, hidden oscillators, what acts from outside or fades."""
     from undertow.equation.algebra import MAX_HIDDEN, SLOT
 
     numbers: list[float] = theta.tolist()  # floats are read ten times as fast, and every step of a search asks
@@ -81,15 +68,12 @@ def _rates(theta: Array) -> tuple[float, float, float, float]:
 
     mass = numbers[SLOT["mass"]]
     size = abs(numbers[SLOT["x0"]] - numbers[SLOT["xe"]])
-    own = math.sqrt(stiffest(at, size) / mass)
-    hidden = bristles = 0.0
+    stiff, hidden = stiffest(at, size), 0.0
     for i in range(1, MAX_HIDDEN + 1):
         share = max(numbers[SLOT[f"hm{i}"]], 0.0) / mass
         hidden = max(hidden, numbers[SLOT[f"hw{i}"]] * math.sqrt(1.0 + share))
-    friction = numbers[SLOT["fb"]]
-    if friction > 0.0:
-        bristles = min(at("kb") * (at("v0") + size * own) / friction / STABLE, MOST_STIFF * own)
-    return own, bristles, hidden, max(numbers[SLOT["omega"]], *fading(at))
+    own, on_bristles = math.sqrt(max(stiff - at("kb"), 0.0) / mass), math.sqrt(stiff / mass)
+    return own, on_bristles, hidden, max(numbers[SLOT["omega"]], *fading(at))
 
 
 def simulate(

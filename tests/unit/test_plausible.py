@@ -482,8 +482,12 @@ def test_lots_of_trials_of_two_periods_are_not_one_body_though_no_condition_part
 
 def test_scatter_that_follows_the_release_in_all_groups_bars_green(monkeypatch):
     plain = next(g for g in small_findings().groups if g.verdict.status == "nothing_missing")
-    monkeypatch.setattr("undertow.campaign.run.plausible.no_scatter", lambda groups: "stiffness rises")
+    monkeypatch.setattr("undertow.campaign.run.plausible.no_scatter", lambda groups, order: "stiffness rises")
     found, said = with_doubts([plain, plain])
     assert [group.verdict.status for group in found] == ["cannot_tell"] * 2
     assert [group.verdict.because for group in found] == ["stiffness rises"] * 2
     assert said == (f"{plain.label}: stiffness rises",)
+    silent = replace(plain, verdict=replace(plain.verdict, status="cannot_tell", because="trials differ"))
+    assert [group.verdict.because for group in with_doubts([silent])[0]] == ["stiffness rises"]
+    unknown = replace(plain, verdict=replace(plain.verdict, status="unknown", verdict=("unknown",), because="odds"))
+    assert [group.verdict.because for group in with_doubts([unknown])[0]] == ["odds"]

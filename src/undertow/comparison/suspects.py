@@ -157,8 +157,8 @@ SHORTEST_MEMORY = 0.25
 """Radians of the slowest body that a relaxation remembers at least: a faster one is damping, to a sixteenth of it."""
 
 
-STIFFEST = 20.0
-"""Stiffness of a memory over the body's own from which on it holds the body fast while it lasts."""
+STIFFEST, STIFFEST_BRISTLES = 20.0, 3000.0
+"""Stiffness over the body's own at which a memory holds it fast while it lasts, and bristles look like sliding."""
 
 
 def _relaxation(s: Scales, start: float) -> tuple[Addition, ...]:
@@ -188,10 +188,6 @@ def _small_hysteresis(s: Scales, start: float) -> tuple[Addition, ...]:
     """The same at one displacement of yield: however small, it yields there."""
     (stiffness, _) = _hysteresis(s, start)
     return (replace(stiffness, also=("fb", start)),)
-
-
-STIFFEST_BRISTLES = 3000.0
-"""Stiffness of bristles over the body's own from which on they look like sliding."""
 
 
 def _presliding(s: Scales, start: float) -> tuple[Addition, ...]:

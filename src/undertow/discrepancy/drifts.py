@@ -32,11 +32,12 @@ FALSE_ALARM = 0.01
 FEWEST_TRIALS = 4
 """Trials a straight line against amplitude needs to have two degrees of freedom."""
 
-FEWEST_RANKED = 3
-"""Trials of a group that are ranked."""
+FEWEST_RANKED, FEWEST_SPLIT = 3, 4
+"""Trials of a group that are ranked; that can change at one of them, two on either side."""
 
 ORDERED = 0.001
-"""Chance with which scatter is said to go with the release or with the trials' order where it does not."""
+"""Chance with which scatter is said to go with the release or with the trials' order, or to change at one trial, where
+it does not."""
 
 WIDE, ORDERED_WIDE = 3.0, 0.01
 """The same chance where trials differ by so many times what rigs' stiffness scatters: nine trials of two groups in
@@ -156,34 +157,101 @@ def springs_apart(groups: Sequence[GroupFindings], water: Collection[str]) -> st
     )
 
 
-def no_scatter(groups: Sequence[GroupFindings]) -> str:
-    """That what differs between trials goes with the release, or with the order of their names, in all groups together
-    in which nothing is missing, in words; empty where it may be scatter.
+def no_scatter(groups: Sequence[GroupFindings], order: Sequence[str] = ()) -> str:
+    """That what differs between trials goes with the release, or with the order of their names, or changed at one trial
+    in the campaign's ``order`` (of their names where it is not given), in all groups together in which nothing is
+    missing (a change: of which nothing is said), in words; empty where it may be scatter.
 
     Each trial's own stiffness over its mass is ranked within its group. Kendall's tau, added over the groups, is held
-    against orders drawn at random: the few trials of one group would not show it. Less than `WORTH_SAYING` is not said.
+    against orders drawn at random: the few trials of one group would not show it. A change is held against them by the
+    likelihood of two means beside one. Less than `WORTH_SAYING` is not said.
     """
     green = [g for g in groups if g.verdict.status == "nothing_missing"]
-    found = [rows for rows in ([row[1:] for row in rates(g)] for g in green) if len(rows) >= FEWEST_RANKED]
-    for along, words in ((1, "with the size of the release"), (2, "in the order of the trials' names")):
-        pairs = [(np.array([r[0] for r in rows]), np.array([r[along] for r in rows])) for rows in found]
-        if not pairs or any(float(np.ptp(size)) == 0.0 for _, size in pairs):
+    found = [rows for rows in (rates(g) for g in green) if len(rows) >= FEWEST_RANKED]
+    why = "scatter goes with nothing; a law that the equation lacks does, or a rig that changes from trial to trial"
+    for along, words in ((2, "with the size of the release"), (3, "in the order of the trials' names")):
+        pairs = [(np.array([r[along] for r in rows]), np.array([r[1] for r in rows])) for rows in found]
+        if not pairs or any(float(np.ptp(size)) == 0.0 for size, _ in pairs):
             continue
-        changes = [float(np.polyfit(size, rate, 1)[0] * np.ptp(size)) for rate, size in pairs]
-        typical = float(np.median(np.abs(changes)))
-        if typical < WORTH_SAYING:
-            continue
-        chance = _chance_of_ranks(pairs)
-        limit = ORDERED_WIDE if typical > WIDE * DEFAULT_SCATTER["k"] else ORDERED
-        if chance < limit / 2.0:
-            way, rare = "rises" if sum(changes) > 0.0 else "falls", 1.0 / max(chance, 1.0 / PERMUTED)
+        changes = [float(np.polyfit(size, rate, 1)[0] * np.ptp(size)) for size, rate in pairs]
+        chance = _chance_of_ranks(pairs) if _worth_saying(changes) else 1.0
+        if chance < _limit(changes):
+            way = "rises" if sum(changes) > 0.0 else "falls"
             return (
-                f"stiffness over mass of single trials {way} {words}, by {percent(typical)} in "
-                f"{count(len(pairs), 'group')} (by chance in at most one campaign of {rare:,.0f}): "
-                "scatter goes with nothing; a law that the equation lacks does, or a rig that changes from trial to "
-                "trial (temperature, a part that works loose)"
+                f"stiffness over mass of single trials {way} {words}, by {percent(_typical(changes))} in "
+                f"{count(len(pairs), 'group')} ({_rare(chance)}): {why} (temperature, a part that works loose)"
             )
-    return ""
+    said, chance, limit = _changed([g for g in groups if g.verdict.status in ("nothing_missing", "cannot_tell")], order)
+    return f"{said} ({_rare(chance)}): {why} (a part taken off or left on the body, a spring that slipped)" if (
+        chance < limit
+    ) else ""  # fmt: skip
+
+
+def _changed(groups: Sequence[GroupFindings], order: Sequence[str]) -> tuple[str, float, float]:
+    """That trials changed at one of them in words, how often that comes by chance, and what chance may be said."""
+    place = {name: i for i, name in enumerate(order)}
+    found = [sorted(rates(g), key=lambda row: place.get(row[0], row[3])) for g in groups]
+    found = [rows for rows in found if len(rows) >= FEWEST_SPLIT]
+    in_order = [np.array([row[1] for row in rows]) for rows in found]
+    steps = [_step(rate) for rate in in_order]
+    changes = [change for _, change, _ in steps]
+    if not steps or not _worth_saying(changes):
+        return "", 1.0, 0.0
+    clearest = max(range(len(steps)), key=lambda i: steps[i][2])
+    way, first = "higher" if changes[clearest] > 0.0 else "lower", found[clearest][steps[clearest][0]][0]
+    said = f"stiffness over mass is {way} from one trial on, by {percent(abs(changes[clearest]))} from trial {first}"
+    return said, _chance_of_steps(in_order), _limit(changes)
+
+
+def _typical(changes: Sequence[float]) -> float:
+    return float(np.median(np.abs(changes)))
+
+
+def _worth_saying(changes: Sequence[float]) -> bool:
+    return _typical(changes) >= WORTH_SAYING
+
+
+def _limit(changes: Sequence[float]) -> float:
+    """The chance below which one of three orders is said, for changes of that size."""
+    return (ORDERED_WIDE if _typical(changes) > WIDE * DEFAULT_SCATTER["k"] else ORDERED) / 3.0
+
+
+def _rare(chance: float) -> str:
+    return f"by chance in at most one campaign of {1.0 / max(chance, 1.0 / PERMUTED):,.0f}"
+
+
+def _splits(rates_in_order: Array) -> tuple[Array, Array]:
+    """Of every row (..., n): what a change after each place (..., n - 3), two trials on either side, takes of its
+    variance, and by how much the mean changes there."""
+    n = rates_in_order.shape[-1]
+    apart = rates_in_order - rates_in_order.mean(axis=-1, keepdims=True)
+    many = np.arange(2, n - 1)
+    below = np.cumsum(apart, axis=-1)[..., 1 : n - 2]
+    each = 1.0 / many + 1.0 / (n - many)
+    return below**2 * each / np.maximum(np.sum(apart**2, axis=-1, keepdims=True), 1e-300), -below * each
+
+
+def _gain(share: Array, trials: int) -> Array:
+    """Log likelihood that two means gain over one, where they take this share of the variance."""
+    return -0.5 * trials * np.log(np.maximum(1.0 - share, 1e-12))
+
+
+def _step(rate: Array) -> tuple[int, float, float]:
+    """The first trial after the clearest change, by how much it changes, and the gain in log likelihood."""
+    share, change = _splits(rate)
+    at = int(np.argmax(share))
+    return at + 2, float(change[at]), float(_gain(share[at], rate.size))
+
+
+def _chance_of_steps(in_order: Sequence[Array]) -> float:
+    """How often orders drawn at random gain as much by one change in each group."""
+    rng = np.random.default_rng(len(in_order))
+    own, drawn = 0.0, np.zeros(PERMUTED)
+    for rate in in_order:
+        own += _step(rate)[2]
+        mixed = rng.permuted(np.tile(rate, (PERMUTED, 1)), axis=1)
+        drawn += _gain(_splits(mixed)[0].max(axis=-1), rate.size)
+    return float(np.mean(drawn >= own - 1e-9))
 
 
 def rates(group: GroupFindings) -> list[tuple[str, float, float, float]]:

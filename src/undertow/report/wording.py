@@ -218,14 +218,15 @@ def in_plain_words(text: str) -> str:
     return _CONTRACT_NAME.sub(words, text)
 
 
-_CONFIG_KEY = re.compile(r"\b((?:recordings|trials|specimen|equation|discrepancy)(?:\.\w+)+)")
+_TRIAL_S_NAME = r"(?:(?<=\btrial )|(?<=\btrials ))[\w.-]+(?:, [\w.-]*\d[\w.-]*)*"
+_AS_WRITTEN = re.compile(rf"\b((?:recordings|trials|specimen|equation|discrepancy)(?:\.\w+)+|{_TRIAL_S_NAME})")
 _ONE_OF_A_LAW = re.compile(r"\b([a-z]+(?:_[a-z]+)*)\.([A-Za-z]\w+)")
 _IDENTIFIER = re.compile(r"\b[a-z]+(?:_[A-Za-z0-9]+)+\b")
 _BARE = re.compile(r"\bNs?\d?_per_\w+\b")
 _OF_ALL, _OF_SPRING = re.compile(r"@all\b"), re.compile(r"@([^\s,;=]+)")
 _NO_UNIT = re.compile(r"(?<== )(\S+(?: \+- \S+)?) 1(?= )")
 _SIZE_OF = re.compile(r"\b([a-z]+(?:_[A-Za-z0-9]+)+) of ([\d.e+-]+)(?= )")
-_EXPONENT = re.compile(r"(-?\d+(?:\.\d+)?)e([+-]?\d+)")
+_EXPONENT = re.compile(r"(?<![\w.-])(-?\d+(?:\.\d+)?)e([+-]?\d+)\b")
 _POWER = re.compile(r"\^(-?\d+)")
 
 PLAIN_BELOW = 5
@@ -247,25 +248,24 @@ def reason_words(text: str) -> str:
     ('drift of 3.8 × 10⁻⁶ m is no more than', 'drag exponent: exponent = 4 sits')
     >>> reason_words("a mass of 1e+04 kg"), reason_words("an error of (7.3e-05)")
     ('a mass of 10000 kg', 'an error of (0.000073)')
+    >>> reason_words("from trial pull_03 on, beside run-2e3"), reason_words("trials a_1, b_2 of sensor_drift")
+    ('from trial pull_03 on, beside run-2e3', 'trials a_1, b_2 of sensor drift')
 
-    A key of a config stays as it is written there:
+    A key of a config and a trial's name stay as they are written there:
 
     >>> reason_words("cubic_damping is unsure: state specimen.mass_kg, or set trials.window")
     'cubic damping is unsure: state specimen.mass_kg, or set trials.window'
     """
-    pieces = _CONFIG_KEY.split(text)
+    pieces = _AS_WRITTEN.split(text)
     return "".join(piece if at % 2 else _reason_words(piece) for at, piece in enumerate(pieces))
 
 
 def _reason_words(text: str) -> str:
     """`reason_words` of a text without keys of a config."""
-    def of_a_law(found: re.Match[str]) -> str:
-        return parameter_words(found.group())
-
     text = _OF_SPRING.sub(r" (\1)", _OF_ALL.sub("", text))
     text = _SIZE_OF.sub(lambda found: f"{found.group()} {_unit_in(found.group(1))}".rstrip(), text)
     text = _NO_UNIT.sub(r"\1", text).replace(" +- ", " ± ")
-    text = _ONE_OF_A_LAW.sub(of_a_law, text)
+    text = _ONE_OF_A_LAW.sub(lambda found: parameter_words(found.group()), text)
     text = _BARE.sub("its coefficient", text)
     text = _IDENTIFIER.sub(lambda found: parameter_name(found.group()).words, in_plain_words(text))
     text = _EXPONENT.sub(lambda found: plain_number(float(found.group()), len(re.sub(r"\D", "", found[1]))), text)

@@ -177,7 +177,7 @@ class Course:
             found = self._judged([t for t, _ in pairs], [g for _, g in pairs]) if pairs else []
             found = [with_clipped(self._config, group, failed) for group in found]
         known = {e.name: e.accepted for e in portion.entries} if self._given is None else self._given.accepted
-        found, implausible = with_doubts(found, known)
+        found, implausible = with_doubts(found, known, [m.name for m in read.motions])
         notes = (*self._notes, *_notes(read.motions), *_divided(portion, found))
         doubts = (*self._doubts, *read.doubts, *implausible)
         self._notes = self._doubts = ()

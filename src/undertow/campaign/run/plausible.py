@@ -9,7 +9,7 @@ Belongs here: ranges and doubts. Does not belong here: what the channels say (ch
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -17,7 +17,7 @@ import numpy as np
 
 from undertow.campaign.run.judgement import contradicted_verdict
 from undertow.campaign.run.one_body import not_one_body
-from undertow.campaign.run.strange_trial import lone_trial, strange_trial
+from undertow.campaign.run.strange_trial import BETWEEN_TRIALS, in_one_trial, strange_trial
 from undertow.campaign.run.tasks import slope_of_cells
 from undertow.campaign.run.trial_scale import scaled_trial
 from undertow.comparison.suspects import SUSPECTS
@@ -47,8 +47,8 @@ AGREE = 0.02
 NOTED = 0.03
 """Relative difference between load cells and motion, and between what moves and the stated mass, that a note says."""
 
-BETWEEN_TRIALS = frozenset(suspect.name for suspect in SUSPECTS if suspect.is_scatter)
-"""Names that say how trials differ."""
+SILENT = ("nothing_missing", "cannot_tell")
+"""Of such groups nothing is said: where trials differ in their order the reason is that."""
 
 STRANGE = frozenset({"conditions", "clock", "gaps", "spikes", "period"})
 """Kinds of doubt that, accepted for a trial, say that it may be unlike the others."""
@@ -92,13 +92,16 @@ MASS = Plausible(
 
 
 def with_doubts(
-    groups: Sequence[GroupFindings], accepted: Mapping[str, Sequence[str]] = MappingProxyType({})
+    groups: Sequence[GroupFindings],
+    accepted: Mapping[str, Sequence[str]] = MappingProxyType({}),
+    order: Sequence[str] = (),
 ) -> tuple[list[GroupFindings], tuple[str, ...]]:
     """The groups with their doubts among their notes, and all doubts with the groups' labels.
 
-    ``accepted`` is trial -> kinds of doubt that are known; a kind that all of a group's trials have is a note alone.
+    ``accepted`` is trial -> kinds of doubt that are known; a kind that all of a group's trials have is a note alone;
+    ``order`` the trials as the index has them.
     """
-    out, said, lone, ordered = [], [], _in_one_trial(groups, accepted), no_scatter(groups)
+    out, said, lone, ordered = [], [], in_one_trial(groups, _strange(accepted)), no_scatter(groups, order)
     for group, of_one in zip(groups, lone, strict=True):
         known = [set(accepted.get(t.motion.name, ())) for t in group.trials]
         kinds = set.intersection(*known) if known else set()
@@ -113,28 +116,16 @@ def with_doubts(
         said += [f"{group.label}: {text}" for text in mild if text]
         unknown = [text for kind, text in doubts if kind not in kinds]
         wrong = "" if "conditions" in kinds else _no_group(group, _strange(accepted))
-        of_one = of_one or (ordered if group.verdict.status == "nothing_missing" and not unknown else "")
+        of_one = of_one or (ordered if group.verdict.status in SILENT and not unknown else "")
+        silent = SILENT if of_one and of_one == ordered else SILENT[:1]
         if of_one and of_one not in unknown and not wrong:
             group, unknown = replace(group, notes=(*group.notes, of_one)), [of_one]
             said += [] if any(text.endswith(of_one) for text in said) else [f"{group.label}: {of_one}"]
         if wrong:
             group = replace(group, verdict=contradicted_verdict(group, wrong))
-        out.append(_not_green(group, unknown[0]) if unknown else group)
+        out.append(_not_green(group, unknown[0], silent) if unknown else group)
         said += [f"{group.label}: {text}" for kind, text in doubts if kind not in kinds]
     return out, tuple(said)
-
-
-def _in_one_trial(groups: Sequence[GroupFindings], accepted: Mapping[str, Sequence[str]]) -> list[str]:
-    """For every group whose verdict names what differs from trial to trial: the one trial of its water that differs, in
-    words; empty where there is none. Of one trial that is no law: its clock, its spring or its file may be another."""
-    strange = _strange(accepted)
-    scattered = [bool(BETWEEN_TRIALS & set(group.verdict.verdict)) for group in groups]
-    texts = [lone_trial(g, strange) if named else "" for g, named in zip(groups, scattered, strict=True)]
-    said = [(group.verdict.parameters, text) for group, text in zip(groups, texts, strict=True) if text]
-    return [
-        next((text for numbers, text in said if named and numbers == group.verdict.parameters), "")
-        for group, named in zip(groups, scattered, strict=True)
-    ]
 
 
 def _strange(accepted: Mapping[str, Sequence[str]]) -> list[str]:
@@ -142,11 +133,11 @@ def _strange(accepted: Mapping[str, Sequence[str]]) -> list[str]:
     return [name for name, kinds in accepted.items() if STRANGE & set(kinds)]
 
 
-def _not_green(group: GroupFindings, text: str) -> GroupFindings:
-    """A group of which nothing is missing, or what one trial alone shows, but a number or a trial that no body has:
-    nobody can tell."""
+def _not_green(group: GroupFindings, text: str, silent: Collection[str]) -> GroupFindings:
+    """A group of which nothing is said (``silent``), or what one trial alone shows, but with a number or a trial that
+    no body has: nobody can tell."""
     verdict = group.verdict
-    if verdict.status != "nothing_missing" and not BETWEEN_TRIALS & set(verdict.verdict):
+    if verdict.status not in silent and not BETWEEN_TRIALS & set(verdict.verdict):
         return group
     said = f"{group.label}: cannot tell, because {text}."
     gate = Gate("plausible", "doubts about the group's numbers and trials", 1.0, 0.0, False, text)

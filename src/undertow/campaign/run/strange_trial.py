@@ -11,6 +11,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from undertow.campaign.run.one_body import ALONE, APART, Swing, apart, swings_of
+from undertow.comparison.suspects import SUSPECTS
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.drifts import WORTH_SAYING, rates
 from undertow.discrepancy.findings import GroupFindings
@@ -46,6 +47,9 @@ UNLIKE = 2.5
 """Repeatabilities by which an unseen trial of a group in which nothing is missing may be off: of 288 sealed groups with
 nothing missing (seed 2125001) the furthest was 1.6 away, and one in twenty is 1 away."""
 
+BETWEEN_TRIALS = frozenset(suspect.name for suspect in SUSPECTS if suspect.is_scatter)
+"""Names that say how trials differ."""
+
 EXPLAINED = frozenset({"nothing_missing", "explained", "present_but_small"})
 """Of such groups one equation gives every trial's period."""
 
@@ -78,6 +82,19 @@ def strange_trial(group: GroupFindings, known: Collection[str] = ()) -> str:
     sure = SURELY if verdict.status in EXPLAINED else 1.0
     found = lone_trial(group, known, sure) or _quiet_trial(group, known)
     return found or (_two_rigs(group, known) if verdict.status in EXPLAINED else "")
+
+
+def in_one_trial(groups: Sequence[GroupFindings], strange: Collection[str]) -> list[str]:
+    """For every group whose verdict names what differs from trial to trial: the one trial of its water that differs, in
+    words; empty where there is none but of the ``strange``. Of one trial that is no law: its clock, its spring or its
+    file may be another."""
+    scattered = [bool(BETWEEN_TRIALS & set(group.verdict.verdict)) for group in groups]
+    texts = [lone_trial(g, strange) if named else "" for g, named in zip(groups, scattered, strict=True)]
+    said = [(group.verdict.parameters, text) for group, text in zip(groups, texts, strict=True) if text]
+    return [
+        next((text for numbers, text in said if named and numbers == group.verdict.parameters), "")
+        for group, named in zip(groups, scattered, strict=True)
+    ]
 
 
 def _quiet_trial(group: GroupFindings, known: Collection[str]) -> str:

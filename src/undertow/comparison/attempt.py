@@ -82,7 +82,7 @@ def from_starts(
     ahead = sorted(quick, key=lambda f: f.criterion)[: (REFINED if len(starts) * len(waters) > 1 else 1)]
     ahead += _half_periods_on(level, best, suspect, ahead[0])
     fit = min((_refined(level, f) for f in _apart(ahead)), key=lambda f: f.criterion)
-    return Candidate((*best.suspects, suspect), fit, prior, doubt(level, fit, best.fit))
+    return Candidate((*best.suspects, suspect), fit, prior, doubt(level, fit, best.fit, best.out))
 
 
 def beyond_starts(level: Level, suspect: Suspect, seen: Sequence[GridPlace]) -> tuple[float, ...]:
@@ -122,7 +122,7 @@ def from_places(
         return None
     nearest = _apart(sorted(fits, key=lambda f: f.criterion))[:REFINED]
     ahead = min((_refined(level, f) for f in nearest), key=lambda f: f.criterion)
-    return Candidate((*best.suspects, suspect), ahead, prior, doubt(level, ahead, best.fit))
+    return Candidate((*best.suspects, suspect), ahead, prior, doubt(level, ahead, best.fit, best.out))
 
 
 def from_twin(
@@ -154,7 +154,7 @@ def _closer(
     if fit is None or fit.criterion >= found.fit.criterion:
         return found
     fit = _refined(level, fit)
-    return replace(found, fit=fit, out=doubt(level, fit, best.fit))
+    return replace(found, fit=fit, out=doubt(level, fit, best.fit, best.out))
 
 
 def from_pair(
@@ -195,7 +195,8 @@ def as_radiation(level: Level, candidate: Candidate) -> Candidate:
         fit = fit_joint(level, (*others, kernel), fit.memory, fit.values, fit.misfit, growing=False)
     except IdentificationError:
         return candidate
-    return Candidate((*candidate.suspects[:-1], RADIATION), fit, candidate.log_prior, doubt(level, fit, candidate.fit))
+    said = doubt(level, fit, candidate.fit, candidate.out)
+    return Candidate((*candidate.suspects[:-1], RADIATION), fit, candidate.log_prior, said)
 
 
 def without(level: Level, null: JointFit, candidate: Candidate, place: int, prior: float) -> Candidate | None:
@@ -210,8 +211,8 @@ def without(level: Level, null: JointFit, candidate: Candidate, place: int, prio
         fit = fit_joint(level, addends, fit.memory, fit.values, fit.misfit, growing=False)
     except IdentificationError:
         return None
-    before = null if len(kept) == 1 else candidate.fit
-    return Candidate(tuple(candidate.suspects[i] for i in kept), fit, prior, doubt(level, fit, before))
+    said = doubt(level, fit, null) if len(kept) == 1 else doubt(level, fit, candidate.fit, candidate.out)
+    return Candidate(tuple(candidate.suspects[i] for i in kept), fit, prior, said)
 
 
 def closed_up(addends: Sequence[Addend]) -> tuple[Addend, ...]:

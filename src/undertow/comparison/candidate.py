@@ -25,8 +25,8 @@ from undertow.methods.decay import load_cell_stiffness
 from undertow.methods.dry import DEFAULT_SCATTER, PUBLISHED
 from undertow.quantities import Estimate
 
-FEEDS = 2.0
-"""Standard errors below zero from which on a coefficient that takes energy would feed it."""
+FEEDS, FEEDING = 2.0, "feed energy into the motion"
+"""Standard errors below zero from which on a coefficient that takes energy would feed it, and that in words."""
 
 NAMING_PROBABILITY = 0.99
 """Posterior probability from which a name is said."""
@@ -211,9 +211,10 @@ def evidence_by_name(diagnosis: LevelDiagnosis) -> dict[str, float]:
     return found
 
 
-def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
+def doubt(level: Level, fit: JointFit, before: JointFit | None = None, doubted: str = "") -> str:
     """Why a candidate's numbers mean nothing: a bound, a coefficient not distinct from zero, or a law of the equation
-    that would feed the motion, and did not in the fit ``before``; empty where they do."""
+    that would feed the motion, and did not in the fit ``before``, or is ``doubted`` there for it; empty where they do.
+    """
     for addend in fit.addends:
         if addend in level.standing:
             continue
@@ -236,7 +237,7 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
                 if a.inner or a is not addend.additions[0]:
                     continue
                 if a.takes and value < -FEEDS * error and not _unloaded(level, a, name, value):
-                    return f"{name} = {value:.4g} {a.unit} would feed energy into the motion"
+                    return f"{name} = {value:.4g} {a.unit} would {FEEDING}"
                 if a.slot == "mass" and a.scope != "trial" and value < -FEEDS * error and level.is_dry:
                     return f"{name} = {value:.4g} {a.unit} would make the body lighter than it is said to be"
                 error = _error_beside(fit, name, inner)
@@ -250,7 +251,7 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None) -> str:
             continue  # mass and a free start trade places: the evidence says whether it is there, not its size
         if addend.additions and not addend.additions[0].inner and strongest < SIGNIFICANT:
             return f"{addend.prefix} is {strongest:.1f} standard errors from zero"
-    return _feeds(level, fit, before)
+    return _feeds(level, fit, None if FEEDING in doubted else before)
 
 
 def errors_from_zero(fit: JointFit, addend: Addend) -> dict[str, float]:
@@ -298,7 +299,7 @@ def _error_beside(fit: JointFit, name: str, inner: Sequence[str]) -> float:
 def _feeds(level: Level, fit: JointFit, before: JointFit | None) -> str:
     """Which law of the prescribed equation would have to feed energy into the motion beside what was added, or ends on
     its bound (an added mass that takes nearly all of the body's), in words: that is no explanation, only another
-    description of what was seen."""
+    description of what was seen. One that did so in the fit ``before`` is no reason, unless it does so the more."""
 
     def below(one: JointFit, name: str, limit: float) -> bool:
         return name in one.values and one.value(name) < limit - SIGNIFICANT * one.solution.stderr(name)
@@ -308,15 +309,17 @@ def _feeds(level: Level, fit: JointFit, before: JointFit | None) -> str:
         for c in member.model.coefficients:
             name = c.name if c.name in fit.values else f"{c.name}@{member.label}"
             limit = 0.0 if c.term in dissipating else c.lower + ON_A_BOUND * abs(c.lower)
-            if below(fit, name, limit) and not (before is not None and below(before, name, limit)):
+            if before is not None and below(before, name, limit):
+                limit = before.value(name)
+            if below(fit, name, limit):
                 said = f"beside it {name} = {fit.value(name):.3g} +- {fit.solution.stderr(name):.2g} {c.unit} would "
-                return said + ("feed energy into the motion" if c.term in dissipating else "lie on its bound")
+                return said + (FEEDING if c.term in dissipating else "lie on its bound")
         for symbol in ("c", "mu"):
             here, there = (None if one is None else learned_mean(member, one.solution, symbol) for one in (fit, before))
             if _negative(here) and not _negative(there):
                 return (
                     f"beside it the dry {symbol} of {member.label} = {here.value:.3g} +- {here.stderr:.2g} {here.unit} "
-                    "would feed energy into the motion"
+                    f"would {FEEDING}"
                 )
     return ""
 

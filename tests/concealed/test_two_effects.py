@@ -211,6 +211,12 @@ def test_what_leaves_the_equation_feeding_energy_into_the_motion_is_no_answer():
         fed = doubt(level, feeding)
         assert (f"beside it {drag.name} =" in fed and "would feed energy into the motion" in fed) == said
         assert "beside it" not in doubt(level, feeding, feeding)  # it fed the motion before anything was added
+        assert ("beside it" in doubt(level, feeding, feeding, fed)) == said  # that was no sound fit either
+        for times, feeds in ((1.3, False), (2.5, True)):  # one or five standard errors more than before
+            values = values.copy()
+            values[place] = times * errors * error
+            more = replace(fit, solution=replace(fit.solution, values=values))
+            assert ("beside it" in doubt(level, more, feeding)) == (feeds or not said)
 
 
 def test_an_added_mass_that_takes_nearly_all_of_the_bodys_is_no_answer():

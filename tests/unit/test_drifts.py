@@ -10,6 +10,7 @@ import pytest
 from tests.findings_fixture import small_findings
 from undertow.discrepancy.drifts import FALSE_ALARM, amplitude_drifts, group_drifts, no_scatter, springs_apart
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
+from undertow.discrepancy.verdict import Gate
 from undertow.likelihood.fit import Fit
 from undertow.quantities import Estimate
 
@@ -174,8 +175,10 @@ def test_a_part_left_on_the_body_from_one_trial_on_is_said_in_the_order_of_the_i
     said = no_scatter([group], order)
     assert said.startswith(f"stiffness over mass is lower from one trial on, by 4.1 % from trial {order[8]} (by ")
     assert "a part taken off or left on the body" in said
-    silent = replace(group, verdict=replace(group.verdict, status="cannot_tell"))
-    assert no_scatter([silent], order) == said
+    for gate, as_before in (("nothing_left", said), ("channels_agree", "")):
+        bars = (Gate(gate, "", 1.0, 0.0, False, "why"),)
+        silent = replace(group, verdict=replace(group.verdict, status="cannot_tell", because="why", decision=bars))
+        assert no_scatter([silent], order) == as_before
     assert no_scatter([replace(group, verdict=replace(group.verdict, status="unknown"))], order) == ""
     assert no_scatter([group]) == ""  # in the order of the names nothing changed
 

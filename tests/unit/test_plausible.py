@@ -15,6 +15,7 @@ from undertow.campaign.run.one_body import not_one_body
 from undertow.campaign.run.plausible import implausible, with_doubts
 from undertow.campaign.run.strange_trial import strange_trial
 from undertow.discrepancy.findings import GroupFindings
+from undertow.discrepancy.verdict import Gate
 from undertow.likelihood.fit import Fit, Specimen
 from undertow.quantities import OK, Estimate
 
@@ -487,7 +488,9 @@ def test_scatter_that_follows_the_release_in_all_groups_bars_green(monkeypatch):
     assert [group.verdict.status for group in found] == ["cannot_tell"] * 2
     assert [group.verdict.because for group in found] == ["stiffness rises"] * 2
     assert said == (f"{plain.label}: stiffness rises",)
-    silent = replace(plain, verdict=replace(plain.verdict, status="cannot_tell", because="trials differ"))
-    assert [group.verdict.because for group in with_doubts([silent])[0]] == ["stiffness rises"]
+    for gate, because in (("nothing_left", "stiffness rises"), ("channels_agree", "why")):
+        bars = (Gate(gate, "", 1.0, 0.0, False, "why"),)
+        said = replace(plain.verdict, status="cannot_tell", because="why", decision=bars)
+        assert [group.verdict.because for group in with_doubts([replace(plain, verdict=said)])[0]] == [because]
     unknown = replace(plain, verdict=replace(plain.verdict, status="unknown", verdict=("unknown",), because="odds"))
     assert [group.verdict.because for group in with_doubts([unknown])[0]] == ["odds"]

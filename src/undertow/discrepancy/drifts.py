@@ -17,6 +17,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
+from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import condition_words, count, percent
 from undertow.equation.term import Array
 from undertow.methods.dry import DEFAULT_SCATTER
@@ -42,6 +43,9 @@ it does not."""
 WIDE, ORDERED_WIDE = 3.0, 0.01
 """The same chance where trials differ by so many times what rigs' stiffness scatters: nine trials of two groups in
 perfect order are one campaign in 1,400, and a rig that changes is not rare."""
+
+OF_SCATTER = frozenset({"upper_bound", "nothing_left", "scatter_known", "twice_the_scatter"})
+"""Conditions that fail where trials differ by more than is known, or by so much that nothing else shows."""
 
 PERMUTED = 20000
 """Orders drawn at random."""
@@ -181,10 +185,16 @@ def no_scatter(groups: Sequence[GroupFindings], order: Sequence[str] = ()) -> st
                 f"stiffness over mass of single trials {way} {words}, by {percent(_typical(changes))} in "
                 f"{count(len(pairs), 'group')} ({_rare(chance)}): {why} (temperature, a part that works loose)"
             )
-    said, chance, limit = _changed([g for g in groups if g.verdict.status in ("nothing_missing", "cannot_tell")], order)
-    return f"{said} ({_rare(chance)}): {why} (a part taken off or left on the body, a spring that slipped)" if (
-        chance < limit
-    ) else ""  # fmt: skip
+    said, chance, limit = _changed([g for g in groups if nothing_said(g.verdict)], order)
+    if chance < limit:
+        return f"{said} ({_rare(chance)}): {why} (a part taken off or left on the body, a spring that slipped)"
+    return ""
+
+
+def nothing_said(verdict: Verdict) -> bool:
+    """Whether nothing is missing, or nobody can tell because trials differ by more than is known."""
+    reasons = {gate.gate for gate in verdict.decision if not gate.passed and gate.because == verdict.because}
+    return verdict.status == "nothing_missing" or (verdict.status == "cannot_tell" and bool(reasons & OF_SCATTER))
 
 
 def _changed(groups: Sequence[GroupFindings], order: Sequence[str]) -> tuple[str, float, float]:

@@ -9,7 +9,7 @@ Belongs here: ranges and doubts. Does not belong here: what the channels say (ch
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -21,7 +21,7 @@ from undertow.campaign.run.strange_trial import BETWEEN_TRIALS, in_one_trial, st
 from undertow.campaign.run.tasks import slope_of_cells
 from undertow.campaign.run.trial_scale import scaled_trial
 from undertow.comparison.suspects import SUSPECTS
-from undertow.discrepancy.drifts import no_scatter
+from undertow.discrepancy.drifts import no_scatter, nothing_said
 from undertow.discrepancy.earned import NEXT
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.verdict import Gate
@@ -46,9 +46,6 @@ AGREE = 0.02
 
 NOTED = 0.03
 """Relative difference between load cells and motion, and between what moves and the stated mass, that a note says."""
-
-SILENT = ("nothing_missing", "cannot_tell")
-"""Of such groups nothing is said: where trials differ in their order the reason is that."""
 
 STRANGE = frozenset({"conditions", "clock", "gaps", "spikes", "period"})
 """Kinds of doubt that, accepted for a trial, say that it may be unlike the others."""
@@ -116,14 +113,13 @@ def with_doubts(
         said += [f"{group.label}: {text}" for text in mild if text]
         unknown = [text for kind, text in doubts if kind not in kinds]
         wrong = "" if "conditions" in kinds else _no_group(group, _strange(accepted))
-        of_one = of_one or (ordered if group.verdict.status in SILENT and not unknown else "")
-        silent = SILENT if of_one and of_one == ordered else SILENT[:1]
+        of_one = of_one or (ordered if nothing_said(group.verdict) and not unknown else "")
         if of_one and of_one not in unknown and not wrong:
             group, unknown = replace(group, notes=(*group.notes, of_one)), [of_one]
             said += [] if any(text.endswith(of_one) for text in said) else [f"{group.label}: {of_one}"]
         if wrong:
             group = replace(group, verdict=contradicted_verdict(group, wrong))
-        out.append(_not_green(group, unknown[0], silent) if unknown else group)
+        out.append(_not_green(group, unknown[0], ordered) if unknown else group)
         said += [f"{group.label}: {text}" for kind, text in doubts if kind not in kinds]
     return out, tuple(said)
 
@@ -133,11 +129,12 @@ def _strange(accepted: Mapping[str, Sequence[str]]) -> list[str]:
     return [name for name, kinds in accepted.items() if STRANGE & set(kinds)]
 
 
-def _not_green(group: GroupFindings, text: str, silent: Collection[str]) -> GroupFindings:
-    """A group of which nothing is said (``silent``), or what one trial alone shows, but with a number or a trial that
-    no body has: nobody can tell."""
+def _not_green(group: GroupFindings, text: str, ordered: str) -> GroupFindings:
+    """A group of which nothing is missing, or what one trial alone shows, but a number or a trial that no body has:
+    nobody can tell; nor where trials differ in their order (``ordered``), which says why they differ."""
     verdict = group.verdict
-    if verdict.status not in silent and not BETWEEN_TRIALS & set(verdict.verdict):
+    bars = verdict.status == "nothing_missing" or (text == ordered and nothing_said(verdict))
+    if not bars and not BETWEEN_TRIALS & set(verdict.verdict):
         return group
     said = f"{group.label}: cannot tell, because {text}."
     gate = Gate("plausible", "doubts about the group's numbers and trials", 1.0, 0.0, False, text)

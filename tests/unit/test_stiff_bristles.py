@@ -86,7 +86,7 @@ def test_stiff_bristles_cost_a_few_steps_a_turn():
     bare, force = steps(), 0.01 * STIFFNESS * RELEASE
     turns = 1.5 / (np.pi * np.sqrt(MASS / STIFFNESS))
     for stiff in (1.0, 20.0, 1000.0):
-        assert steps(kb=stiff * STIFFNESS, fb=force) < 2 * bare + 45 * turns
+        assert steps(kb=stiff * STIFFNESS, fb=force) < bare + 35 * turns
 
 
 def test_the_fastest_frequency_is_that_of_the_body_on_its_bristles():

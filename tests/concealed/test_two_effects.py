@@ -10,7 +10,8 @@ import pytest
 from experiments.names.studies import STUDIES, hidden_case
 from experiments.names.verdicts import judge
 from tests.concealed.test_diagnosis import SHORT, member
-from undertow.comparison.candidate import doubt
+from undertow.comparison import attempt
+from undertow.comparison.candidate import FEEDING, Candidate, doubt
 from undertow.comparison.clock import OWN_LEAVES
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import JointFit, fit_joint
@@ -217,6 +218,19 @@ def test_what_leaves_the_equation_feeding_energy_into_the_motion_is_no_answer():
             values[place] = times * errors * error
             more = replace(fit, solution=replace(fit.solution, values=values))
             assert ("beside it" in doubt(level, more, feeding)) == (feeds or not said)
+
+
+def test_what_grows_from_a_doubted_fit_is_judged_by_why_it_was_doubted(monkeypatch):
+    """A dashpot of -3e7 N s/m had stood beside "sensor drift and linear damping": its fit grew from one like that."""
+    level, fit = with_cubic_damping()
+    damping, spring = (next(s for s in SUSPECTS if s.name == name) for name in ("cubic_damping", "quintic_stiffness"))
+    best, said = Candidate((damping,), fit, 0.0, f"beside it c = -1 N s/m would {FEEDING}"), []
+    monkeypatch.setattr(attempt, "doubt", lambda *given: said.append(given[2:]) or "")
+    grown = attempt.from_starts(level, best, spring, 0.0)
+    assert [(before.addends, doubted) for before, doubted in said] == [(fit.addends, best.out)]
+    assert grown is not None
+    assert attempt.without(level, fit, replace(grown, out="why"), 1, 0.0) is not None
+    assert said[1:] == [(fit,)]  # one effect alone is judged beside the prescribed equation, which nobody doubts
 
 
 def test_an_added_mass_that_takes_nearly_all_of_the_bodys_is_no_answer():

@@ -457,6 +457,23 @@ def test_numbers_that_run_out_of_bounds_between_the_groups_end_a_run_in_a_senten
     assert re.search(r"undertow: numbers ran out of bounds \(.*out of range.*\); look at the recordings", said.err)
 
 
+def test_trials_are_judged_in_the_order_of_the_index(
+    capsys: Capture, small: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    index = small.folder / "campaign.csv"
+    head, *rows = index.read_text().split()
+    index.write_text("\n".join([head, *reversed(rows)]) + "\n")
+    orders = []
+
+    def seen(groups: object, order: list[str]) -> str:
+        orders.append(order)
+        return ""
+
+    monkeypatch.setattr("undertow.campaign.run.plausible.no_scatter", seen)
+    assert run(capsys, small, tmp_path / "run").code == 0
+    assert orders == [[row.split(",")[0].removesuffix(".csv") for row in reversed(rows)]]
+
+
 @pytest.mark.parametrize("spoilt", [None, "x", [], {}, -1, [[]], {"a": 1}])
 def test_a_verdict_that_somebody_changed_ends_compare_and_explain_in_a_sentence_or_is_shown(
     capsys: Capture, bare: Path, tmp_path: Path, spoilt: object

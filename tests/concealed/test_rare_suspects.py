@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.concealed.test_diagnosis import LONG, SCATTER, SHORT, member
+from tests.concealed.test_diagnosis import LONG, SCATTER, SHORT, SPECIMEN, SPRINGS, member
 from undertow.comparison import joint
 from undertow.comparison.candidate import Candidate, doubt
 from undertow.comparison.deviations import of_the_means
@@ -85,6 +85,21 @@ def test_repetitions_differ_through_the_force_at_which_bristles_yield(plain):
 
 def test_only_bristles_and_a_later_start_have_no_value_at_which_they_are_not_there():
     assert {s.label for s in SUSPECTS if s.has_no_zero} == {"presliding", "imperfect_release (a hold that fades)"}
+
+
+@pytest.mark.parametrize("stiff", [5.0, 50.0])
+def test_bristles_are_found_however_stiff_a_rail_is(stiff):
+    """At 20 times the spring the search had ended, and a resonator stood in their place."""
+    stiffness, _, mu = SPRINGS["short"]
+    friction = mu * SPECIMEN.normal_force_N
+    yields = registry.find("hysteresis", yield_displacement_m=friction / (stiff * stiffness))
+    hidden = ((registry.find("coulomb_friction"), -friction), (yields, stiff * stiffness))
+    level = make_level([member("short", SHORT, 4300, hidden)])
+    found = diagnose(level, chosen(("presliding", "hidden_resonator", "cubic_stiffness")))
+    best = max(found.candidates, key=lambda candidate: candidate.score)
+    assert best.names == ("presliding",)
+    assert best.aside or not best.out
+    assert best.fit.value("presliding.stiffness_N_per_m") == pytest.approx(stiff * stiffness, rel=0.3)
 
 
 def heavier(plain: Member, kilograms: float, seed: int) -> Member:

@@ -493,4 +493,5 @@ def test_scatter_that_follows_the_release_in_all_groups_bars_green(monkeypatch):
         said = replace(plain.verdict, status="cannot_tell", because="why", decision=bars)
         assert [group.verdict.because for group in with_doubts([replace(plain, verdict=said)])[0]] == [because]
     unknown = replace(plain, verdict=replace(plain.verdict, status="unknown", verdict=("unknown",), because="odds"))
-    assert [group.verdict.because for group in with_doubts([unknown])[0]] == ["odds"]
+    found, said = with_doubts([unknown])
+    assert (found[0].verdict.because, found[0].notes, said) == ("odds", unknown.notes, ())

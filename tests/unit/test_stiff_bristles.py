@@ -50,9 +50,10 @@ def by_hand(kb: float, fb: float) -> np.ndarray:
     return found
 
 
-@pytest.mark.parametrize(("stiff", "share"), [(1.0, 0.1), (10.0, 0.02), (65.0, 0.012), (300.0, 0.01)])
+@pytest.mark.parametrize(("stiff", "share"), [(1.0, 0.1), (10.0, 0.02), (65.0, 0.012), (300.0, 0.01), (100.0, 0.3)])
 def test_motion_on_bristles_is_exact_however_stiff_they_are(stiff, share):
     kb, fb = stiff * STIFFNESS, share * STIFFNESS * RELEASE
+    # the last soon rings on its bristles, which do not yield any more
     here = trajectory(body(kb=kb, fb=fb), NONE, TIMES, FULL.steps_a_period)[0][:, 0]
     assert np.max(np.abs(here - by_hand(kb, fb))) < 2e-6 * RELEASE
 

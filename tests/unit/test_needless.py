@@ -133,11 +133,11 @@ def test_what_is_left_out_leaves_no_empty_place_to_the_integrator(monkeypatch):
 @pytest.mark.parametrize(("others", "before"), [(1, 100.0), (2, 1.0)])
 def test_one_effect_alone_is_judged_beside_the_prescribed_equation(monkeypatch, others, before):
     asked: list[float] = []
-    monkeypatch.setattr(attempt, "doubt", lambda _level, _fit, stood: asked.append(stood.misfit) or "")
+    monkeypatch.setattr(attempt, "doubt", lambda _level, _fit, stood, *_: asked.append(stood.misfit) or "")
     fit = SimpleNamespace(addends=(addend("c3"),) * (others + 1), shared_water=True, memory=1.0, values={}, misfit=1.0)
     monkeypatch.setattr(attempt, "fit_joint", lambda *_, **__: fit)
     level = Level((), Scales(1.0, 1.0, 1.0, 1.0, 1.0, 1.0))
-    attempt.without(level, NULL, SimpleNamespace(suspects=("a", "b", "c")[: others + 1], fit=fit), 0, 0.0)
+    attempt.without(level, NULL, SimpleNamespace(suspects=("a", "b", "c")[: others + 1], fit=fit, out=""), 0, 0.0)
     assert asked == [before]
 
 

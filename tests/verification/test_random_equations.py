@@ -142,7 +142,7 @@ def test_motions_and_sensitivities_are_those_of_formulas_written_by_hand(row):
     x = integrate(theta, np.array([SLOT[name] for name in names]), times, row["step"])[0]
     # events are found to 1e-10 of a step: the last digit of k1 moves these columns by up to 1e-11 of their largest;
     # beside bristles the formulas' steps were as long as the body's, these are shorter
-    near = 1e-4 if "fb" in names else 1e-10
+    near = 1e-6 if "fb" in names else 1e-10
     for j, name in enumerate(["x", *names]):
         assert np.max(np.abs(x[row["at"], j] - row["values"][name])) < near * row["largest"][name], name
 

@@ -79,6 +79,13 @@ def test_bristles_that_hardly_bend_swing_like_dry_friction():
     assert np.max(np.abs(bristles - sliding)) < 2e-4  # 4 F / k is 6e-5 m a cycle, the bristles bend by 1.4e-4
 
 
+@pytest.mark.parametrize("steps", [12, 40])
+def test_steps_are_short_enough_for_bristles_to_be_stable(steps):
+    coarse = trajectory(body(kb=43e3, fb=20.0), NONE, TIMES, steps)[0][:, 0]
+    fine = trajectory(body(kb=43e3, fb=20.0), NONE, TIMES, 200)[0][:, 0]
+    assert np.max(np.abs(coarse - fine)) < 1e-5
+
+
 def test_stiff_bristles_cost_a_few_steps_a_turn():
     def steps(**numbers: float) -> int:
         theta = body(**numbers)

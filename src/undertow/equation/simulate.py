@@ -53,7 +53,7 @@ def step_of_motion(theta: Array, steps_per_period: int) -> float:
     swings beside it or acts on it needs. (The integrator shortens steps itself where bristles bend.)"""
     own, _, hidden, outside = _rates(theta)
     rate = max(own, HIDDEN_SHARE * hidden, OUTSIDE_SHARE * outside) or 1.0
-    return 2.0 * math.pi / rate / steps_per_period
+    return 2.0 * math.pi / (rate * steps_per_period)
 
 
 def _rates(theta: Array) -> tuple[float, float, float, float]:

@@ -3,6 +3,7 @@
     python -m experiments blind_challenge generate --set calibration --out runs/blind
     python -m experiments blind_challenge run --out runs/blind [--jobs 2]
     python -m experiments blind_challenge peers --out runs/blind
+    python -m experiments blind_challenge measure --out runs/blind   # strengths of cases drawn before, stated anew
     python -m experiments blind_challenge score --out runs/blind --page docs/blind_challenge.md
     python -m experiments blind_challenge all --small
 
@@ -29,7 +30,7 @@ PEER_ROWS = "peers.jsonl"
 def arguments(line: list[str]) -> argparse.Namespace:
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("command", choices=("generate", "run", "peers", "score", "all"))
+    parser.add_argument("command", choices=("generate", "measure", "run", "peers", "score", "all"))
     parser.add_argument(
         "--out", type=Path, default=Path("runs/blind"), help="folder of the challenge; default runs/blind"
     )
@@ -68,6 +69,13 @@ def make(args: argparse.Namespace) -> None:
     shares = json.loads(args.shares) if args.shares else composition.SMALL_SHARES if args.small else None
     names = generate(args.out, seed_of(args), args.cases, args.jobs, shares, args.small)
     print(f"{len(names)} cases of seed {seed_of(args)} in {args.out}/laboratory; truths in {args.out}/sealed")
+
+
+def state_again(args: argparse.Namespace) -> None:
+    """State the strengths of a challenge anew."""
+    from experiments.blind_challenge.generate import measure_again
+
+    print(f"{measure_again(args.out, args.jobs)} truths stated anew in {args.out}/sealed")
 
 
 def lightest(laboratories: Path) -> str:
@@ -134,7 +142,7 @@ def main(line: list[str] | None = None) -> int:
         args.seed, args.cases = SMALL_SEED if args.seed is None else args.seed, SMALL
         if args.command == "all":
             args.out = Path(tempfile.mkdtemp(prefix="blind_challenge_"))
-    commands = {"generate": make, "run": execute, "peers": beside, "score": judge}
+    commands = {"generate": make, "measure": state_again, "run": execute, "peers": beside, "score": judge}
     for name in ("generate", "run", "score") if args.command == "all" else (args.command,):
         if name == "run" and args.small and args.only is None:
             args.only = [lightest(args.out / "laboratory")]

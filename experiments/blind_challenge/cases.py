@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from experiments.blind_challenge import refit
 from experiments.blind_challenge import strength as measure
 from experiments.blind_challenge.composition import DRY_SHARES, STRENGTHS, Plan, needs_of
 from experiments.blind_challenge.effects import EffectKind, Shape, kind
@@ -138,6 +139,12 @@ def _dose(effect: EffectKind, shape: Shape, rig: Rig, views: list[measure.View],
     return math.sqrt(low * high)
 
 
+def _refitted(rig: Rig, views: list[measure.View], effect: Dosed) -> tuple[measure.Strength, refit.Refit | None]:
+    """Strength as the truth states it, and the refit that it is measured by."""
+    kind, shape = effect.kind, effect.shape
+    return refit.strength_of(rig, views, lambda scene, d: kind.applied(shape, d, scene), effect.dose, kind.linear)
+
+
 def _group_measures(case_rig: Rig, views: list[measure.View], effect: Dosed) -> list[dict[str, object]]:
     """Strength and size in every group alone, with the dry trials of its spring."""
     out = []
@@ -149,7 +156,7 @@ def _group_measures(case_rig: Rig, views: list[measure.View], effect: Dosed) -> 
             continue
         chosen = scenes + dry
         rig = replace(case_rig, trials=tuple(v.scene.trial for v in chosen))
-        found = _strength(rig, chosen, effect)
+        found, _ = _refitted(rig, chosen, effect)
         numbers = effect.kind.numbers(effect.shape, effect.dose, scenes[0].scene) if effect.kind.numbers else {}
         out.append(
             {
@@ -169,9 +176,27 @@ def _strength(rig: Rig, views: list[measure.View], effect: Dosed) -> measure.Str
     )
 
 
-def effect_measures(rig: Rig, views: list[measure.View], effect: Dosed, asked: tuple[str, float]) -> dict[str, object]:
-    """What the truth says of an effect: names, dose, strength, best possible power, size; also by group."""
-    found = _strength(rig, views, effect)
+def effect_measures(
+    rig: Rig, views: list[measure.View], effects: list[Dosed], asked: list[tuple[str, float]]
+) -> list[dict[str, object]]:
+    """What the truth says of its effects: names, dose, strength, best possible power, size; also by group, and of two
+    how strong each is where the other's size is free.
+    """
+    refits = [_refitted(rig, views, effect) for effect in effects]
+    out = [_entry(rig, views, e, a, found) for e, a, (found, _) in zip(effects, asked, refits, strict=True)]
+    for entry, (_, end), mine, other in zip(out, refits, effects, effects[::-1], strict=True):
+        if len(effects) == 2 and end is not None:
+            second = other.kind
+            statistic = refit.beside(
+                rig, end, lambda scene, d, o=other: o.kind.applied(o.shape, d, scene), other.dose, second.linear
+            )
+            entry["strength_beside"] = math.sqrt(statistic / measure.half_power(unknowns(mine.kind, rig)))
+    return out
+
+
+def _entry(
+    rig: Rig, views: list[measure.View], effect: Dosed, asked: tuple[str, float], found: measure.Strength
+) -> dict[str, object]:
     count = unknowns(effect.kind, rig)
     return {
         "key": effect.kind.key,
@@ -192,20 +217,6 @@ def effect_measures(rig: Rig, views: list[measure.View], effect: Dosed, asked: t
         "bias": found.bias,
         "groups": _group_measures(rig, views, effect),
     }
-
-
-def add_beside(rig: Rig, views: list[measure.View], pair: list[Dosed], found: list[dict[str, object]]) -> None:
-    """Add to the measures of two effects how strong each is where the other's size is free."""
-    moved = [
-        measure.effect_response(
-            rig, views, lambda scene, d, e=e: e.kind.applied(e.shape, d, scene), e.dose, e.kind.linear
-        )[0]
-        for e in pair
-    ]
-    for i, entry in enumerate(found):
-        statistic = measure.beside(rig, views, moved[i], moved[1 - i])
-        half = measure.half_power(unknowns(pair[i].kind, rig))
-        entry["strength_beside"] = math.sqrt(statistic / half)
 
 
 def sharpness(rng: np.random.Generator, rig: Rig, views: list[measure.View]) -> float:
@@ -243,10 +254,7 @@ def draw_case(seed: int, index: int, plan: Plan) -> Case:
         if short < 0.5 or plan.reason:
             break
     _, rig, views, dosed = best
-    found = [effect_measures(rig, views, effect, asked) for effect, asked in dosed]
-    if len(dosed) == 2:
-        add_beside(rig, views, [effect for effect, _ in dosed], found)
-    measures: dict[str, object] = {"effects": found}
+    measures: dict[str, object] = {"effects": effect_measures(rig, views, [d for d, _ in dosed], [a for _, a in dosed])}
     if not kinds:
         measures["sharpness"] = sharpness(rng, rig, views)
         measures["repeatability"] = measure.repeatability(rig, views)

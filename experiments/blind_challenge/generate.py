@@ -3,6 +3,7 @@
 import hashlib
 import json
 import shutil
+import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -31,9 +32,7 @@ def weaker(case: cases.Case) -> cases.Case:
     effects = tuple(replace(effect, dose=effect.dose * WEAKER) for effect in case.effects)
     views = [cases.measure.view(case.rig, trial) for trial in case.rig.trials]
     asked = [tuple(entry["asked"]) for entry in case.measures["effects"]]  # type: ignore[index, union-attr]
-    found = [cases.effect_measures(case.rig, views, e, a) for e, a in zip(effects, asked, strict=True)]
-    if len(effects) == 2:
-        cases.add_beside(case.rig, views, list(effects), found)
+    found = cases.effect_measures(case.rig, views, list(effects), asked)
     return replace(case, effects=effects, measures={**case.measures, "effects": found})
 
 
@@ -58,10 +57,32 @@ def generate(
         "seed": seed,
         "cases": total,
         "shares": dict(shares or SHARES),
+        "small": small,
         "digest": digest(out),
     }
     (out / "laboratory" / "challenge.json").write_text(json.dumps(note, indent=1) + "\n", encoding="utf-8")
     return names
+
+
+def measure_again(out: Path, jobs: int = 1) -> int:
+    """State the strengths of a challenge anew: its cases are drawn again beside it, and where all recordings are the
+    same, byte for byte, the truths are taken over. Returns how many cases.
+    """
+    note = json.loads((out / "laboratory" / "challenge.json").read_text(encoding="utf-8"))
+    with tempfile.TemporaryDirectory(dir=out) as folder:
+        again = Path(folder)
+        names = generate(again, note["seed"], note["cases"], jobs, note["shares"], note.get("small", False))
+        for name in names:
+            for path in sorted(p for p in (again / "laboratory" / name).rglob("*.*") if p.is_file()):
+                before = out / path.relative_to(again)
+                if not before.is_file() or before.read_bytes() != path.read_bytes():
+                    raise ValueError(
+                        f"case {name}: {path.name} is not what this generator draws from seed {note['seed']}; measure "
+                        "it at the revision that drew it"
+                    )
+        for name in names:
+            shutil.copy(again / "sealed" / f"{name}.json", out / "sealed" / f"{name}.json")
+    return len(names)
 
 
 def digest(out: Path) -> str:

@@ -2,6 +2,7 @@
 
 import ast
 import json
+import shutil
 import time
 import zlib
 from collections import Counter
@@ -59,6 +60,22 @@ def test_the_same_seed_gives_the_same_bytes_and_another_does_not(challenge: Path
     assert generate.digest(tmp_path / "a") != generate.digest(tmp_path / "b")
 
 
+def test_strengths_are_stated_anew_where_the_recordings_are_the_same(challenge: Path, tmp_path: Path) -> None:
+    out = tmp_path / "again"
+    shutil.copytree(challenge, out)
+    (out / "rows.jsonl").write_text("kept\n")
+    truths = {p.name: p.read_text() for p in (out / "sealed").iterdir()}
+    for path in (out / "sealed").iterdir():
+        path.write_text("{}")
+    assert generate.measure_again(out) == 6
+    assert {p.name: p.read_text() for p in (out / "sealed").iterdir()} == truths
+    assert sorted(p.name for p in out.iterdir()) == ["laboratory", "rows.jsonl", "sealed"]
+    recording = next((out / "laboratory" / "c0003" / "recordings").iterdir())
+    recording.write_text(recording.read_text().replace("1", "2"))
+    with pytest.raises(ValueError, match=f"case c0003: {recording.name} is not what this generator draws from seed 3"):
+        generate.measure_again(out)
+
+
 def test_a_laboratory_holds_recordings_index_and_config_and_no_word_of_the_truth(challenge: Path) -> None:
     words = {"truth", "sealed", "strength", "dose", *effects.table()} - {
         "added_mass",
@@ -72,7 +89,7 @@ def test_a_laboratory_holds_recordings_index_and_config_and_no_word_of_the_truth
         text += "".join(p.read_text().splitlines()[0] for p in (folder / "recordings").iterdir())
         assert not [word for word in words if word in text]
     note = json.loads((challenge / "laboratory" / "challenge.json").read_text())
-    assert set(note) == {"seed", "cases", "shares", "digest"}
+    assert set(note) == {"seed", "cases", "shares", "small", "digest"}
 
 
 def test_the_truth_names_every_group_and_every_trial(challenge: Path) -> None:

@@ -24,12 +24,14 @@ STAGES = (0.03, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0)  # shares of the dose
 SMALL = 0.02  # change of the readings that a linear step follows: one stage
 STEPS = 20  # linearisations in a stage
 FARTHEST = 1.0  # change of a number in one step
+BOUND = 2.0  # largest number: factors of seven, twice the release, a third of a period
 TRIES = 8  # dampings of a step
 FREE = 1e-12  # first damping, of a column's squared size
 ENOUGH = 0.02  # relative fall of the statistic below which a stage has ended
 LEAST = 0.05  # the same, absolute: far below what a test can see
 FACTORS = {"k": "stiffness", "c": "damping", "mu": "coulomb", "ma": "mass", "q": "drag"}
 NUDGE = 3e-5  # of a central difference quotient: a one-sided one spoils what the data leave nearly free
+FAR = 5000.0  # statistic: some twenty times what can be seen
 BESIDE = 2  # samples of an accelerometer left out beside a reversal: on which side of friction's jump is chance
 
 Numbers = dict[tuple[str, int], float]
@@ -204,15 +206,18 @@ def _stage(
             step = step * min(1.0, FARTHEST / max(float(np.max(np.abs(step))), 1e-300))
             if falls <= max(LEAST, ENOUGH * cost) and damping <= FREE:
                 return numbers, here, True
-            tried = left(numbers + step)
-            there = local.cost(tried, numbers + step)
+            moved = np.clip(numbers + step, -BOUND, BOUND)
+            tried = left(moved)
+            there = local.cost(tried, moved)
             if math.isfinite(there) and there < cost:
                 break
             damping = max(100.0 * damping, FREE)
         else:
             return numbers, here, False
         damping = damping / 100.0 if damping > FREE else 0.0
-        numbers, off = numbers + step, tried
+        numbers, off = moved, tried
+        if cost - there <= max(LEAST, ENOUGH * cost):
+            return numbers, [_linearised(v, _own(places, j, v, numbers)) for j, v in enumerate(views)], True
     return numbers, here, False
 
 
@@ -234,7 +239,7 @@ def _one_step(
 def _followed(
     rig: Rig, views: list[Seen], change_of: Callable[[Scene, float], Change], dose: float, stages: tuple[float, ...]
 ) -> Refit:
-    """The refit that follows the effect as it grows."""
+    """The refit that follows the effect as it grows, in proportion from where it is far above what can be seen."""
     numbers = np.zeros(Linear(rig, views, random=True, plain=False).prior.size)
     before = stages[0]
     for share in stages:
@@ -242,9 +247,12 @@ def _followed(
         there, white = [v for v, _, _ in truths], [t for _, t, _ in truths]
         numbers, here, ended = _stage(rig, there, white, numbers * share / before)
         before = share
-    left = [t - v.kept * v.base for t, v in zip(white, here, strict=True)]
-    rest = [p - v.plain for (_, _, p), v in zip(truths, here, strict=True)]
-    return Refit(here, left, rest, numbers, Local(rig, here).cost(left, numbers), ended)
+        left = [t - v.kept * v.base for t, v in zip(white, here, strict=True)]
+        statistic = Local(rig, here).cost(left, numbers)
+        if statistic > FAR:
+            break
+    rest = [(p - v.plain) / share for (_, _, p), v in zip(truths, here, strict=True)]
+    return Refit(here, [r / share for r in left], rest, numbers / share, statistic / share**2, ended)
 
 
 def refit(
@@ -294,5 +302,8 @@ def beside(rig: Rig, end: Refit, second: Callable[[Scene, float], Change], dose:
     other = local.cost(white, nowhere) - local.step(white, nowhere)[1]
     if other <= 0.0:
         return end.statistic
-    both = sum(float(w @ r) for w, r in zip(white, end.left, strict=True))  # the numbers have no gradient there
+    step = local.step(white, nowhere)[0]
+    after = local.problem.left(white, step)
+    both = sum(float(a @ r) for a, r in zip(after, end.left, strict=True))
+    both += float(step @ (local.problem.prior * end.numbers))
     return max(end.statistic - both**2 / other, 0.0)

@@ -5,7 +5,7 @@ the rest position are free, k, c and mu scatter as the laboratory's trials do; p
 per level m_a and Cd are free. What an effect leaves after all that, weighed by noise and scatter, is the expected
 likelihood-ratio statistic `lambda` of a test that knows the law and the scatter: no test can expect more. `size` is the
 same question without noise: how far the free run moves after the refit, over half of repeatability, or a reported
-number over two standard errors.
+number over two standard errors. Doses are found by this measure, one linear step; what a truth states is `refit`'s.
 """
 
 import math
@@ -325,11 +325,3 @@ def strength_of(
 ) -> Strength:
     """Strength of an effect at a dose."""
     return judged(rig, views, *effect_response(rig, views, change_of, dose, linear))
-
-
-def beside(rig: Rig, views: list[View], first: list[np.ndarray], second: list[np.ndarray]) -> float:
-    """The statistic of the first effect where the size of the second is free too."""
-    linear = Linear(rig, views, random=True, plain=False)
-    other = linear.inner(second, second)
-    both = linear.inner(first, second)
-    return max(linear.inner(first, first) - (both**2 / other if other > 0.0 else 0.0), 0.0)

@@ -100,14 +100,6 @@ def test_statistic_goes_with_the_square_of_the_dose_and_size_with_the_dose(campa
     assert ten.repeatability == one.repeatability
 
 
-def test_an_effect_is_weaker_beside_its_own_twin_than_alone(campaign: dict) -> None:
-    effect = campaign["effect"]
-    other = [np.roll(r, 7) for r in effect]
-    rig, views = campaign["rig"], campaign["views"]
-    assert measure.beside(rig, views, effect, effect) == pytest.approx(0.0, abs=1e-6)
-    assert 0.0 < measure.beside(rig, views, effect, other) < 9.0 + 1e-6
-
-
 @pytest.mark.parametrize("unknowns", [1, 3, 12])
 def test_half_power_is_where_every_second_test_is_passed(unknowns: int) -> None:
     at = measure.half_power(unknowns)

@@ -356,6 +356,35 @@ def test_names_of_columns_say_what_groups_share(tmp_path: Path, column: str, sha
     assert found.named.group_by == ((column,) if shared else ())
 
 
+def test_a_cell_of_the_index_that_is_empty_leaves_out_its_trial_and_not_the_column(tmp_path: Path) -> None:
+    """All trials had been one group, dry or not, and nothing was said of it."""
+    for at in range(6):
+        write_table(tmp_path / f"v{at}.csv", recorded(0.03 + 0.005 * at, at)[:, :2], "t,x")
+    rows = [f"v{at}.csv,{[0, 0, 1.2, '', 1.2, 0][at]},{at or ''}" for at in range(6)]
+    (tmp_path / "trials.csv").write_text("\n".join(["file,depth_m,run", *rows]), encoding="utf-8")
+    done = start(tmp_path)
+    config = load(done.path)
+    assert config.trials.group_by == ("depth_m",)
+    assert config.trials.dry == {"depth_m": 0.0}
+    assert dict(done.left_out) == {
+        "v3.csv": "trials.csv has no depth_m for it; fill that cell in, and take the file out of recordings.exclude"
+    }
+    assert [entry.name for entry in planned(config).entries] == ["v0", "v1", "v2", "v4", "v5"]
+
+
+def test_a_file_that_is_never_read_is_said_to_be_left_out(capsys: Capture, tmp_path: Path) -> None:
+    for at in range(2):
+        write_table(tmp_path / f"v{at}.csv", recorded(0.04, at)[:, :2], "t,x")
+    (tmp_path / "v2.npz").write_bytes(b"PK")
+    why = ".npz can carry code and is never read; save it as CSV, MAT or HDF5"
+    assert dict(start(tmp_path).left_out) == {"v2.npz": why}
+    alone = tmp_path / "alone"
+    alone.mkdir()
+    (tmp_path / "v2.npz").rename(alone / "v2.npz")
+    with pytest.raises(ConfigError, match=rf"alone can be read as a recording \(1 file looked at\); v2.npz: {why}"):
+        start(alone)
+
+
 def test_a_table_that_names_a_few_recordings_is_no_index(tmp_path: Path) -> None:
     for at in range(4):
         write_table(tmp_path / f"v{at}.csv", recorded(0.04, at), "t,x,a")

@@ -315,13 +315,31 @@ def test_what_fits_takes_all_that_read_does(trials):
         quick().fit(decay(), t=0.01, u=decay(), rate_hz=100.0)
 
 
+def test_times_given_by_place_and_words_that_are_none_are_said():
+    with pytest.raises(RecordingError, match=r"^the second argument is y, .* by name, as in t=0.01; without them"):
+        quick().fit(decay(), TIMES, units={"x": "m"})
+    with pytest.raises(RecordingError, match=r"^feature_names is no argument of fit; it takes t, u, hold, columns, "):
+        quick().fit(decay(), t=0.01, units={"x": "m"}, feature_names=["x"])
+    with pytest.raises(RecordingError, match="no unit"):
+        quick().fit(decay(), TIMES, t=0.01)
+
+
+def test_a_simulated_motion_is_an_array_of_its_states(discovered):
+    run = discovered.simulate([0.1, 0.0], TIMES[:50])
+    assert run.shape == np.shape(run) == (50, 2)
+    assert np.array_equal(run[:, 0], run.x)
+    assert np.array_equal(np.asarray(run, dtype=np.float32)[:, 1], run.v.astype(np.float32))
+    assert len(run) == 50
+    assert float(np.max(np.abs(run - run[:]))) == 0.0
+
+
 def test_a_trial_that_cannot_be_used_is_reported_and_results_never_shift(discovered, fitted):
     still = np.full(TIMES.size, 0.1)
     several = [still, decay(), decay(0.06, 1)]
     found = quick().fit(several, t=0.01, units={"x": "m"})
     assert found.n_trials_in_ == 2
     (reason,) = (one.reason for one in found.failed_)
-    assert str(found).endswith(f"not used: {reason}")
+    assert str(found).startswith(f"not used: {reason}\n")
     assert "<p>not used: " in found._repr_html_()
     named = dict(zip(("still", "a", "b"), several, strict=True))
     tables = {name: pd.DataFrame({"t": TIMES, "x_m": x}) for name, x in named.items()}

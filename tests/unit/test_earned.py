@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import product
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from undertow.comparison.candidate import Candidate, probability
@@ -24,6 +25,7 @@ from undertow.discrepancy.naming import next_test, other_sets
 from undertow.discrepancy.sentence import no_answer, sentence_of
 from undertow.discrepancy.validation import Closeness, reach
 from undertow.discrepancy.verdict import Described, Verdict
+from undertow.discrepancy.wandering import as_what
 from undertow.quantities import Estimate
 
 GREEN = Verdict({"spring": "short"}, ("a", "b", "c"), status="nothing_missing", sentence="nothing is missing.")
@@ -345,6 +347,26 @@ def test_green_without_its_reasons_is_cannot_tell(facts, search, because):
     assert [gate.because for gate in said.decision if not gate.passed] == [said.because]
     assert said.because in said.sentence
     assert said.next_test
+
+
+def test_where_nothing_was_looked_for_nothing_is_said_to_be_unknown():
+    said = judged(UNKNOWN, case(), diagnosis(looked=0), True)
+    assert (said.status, said.verdict) == ("cannot_tell", ())
+    assert said.because == "discrepancy.suspects names none: nothing was looked for"
+    assert judged(UNKNOWN, case(), diagnosis(), True).status == "unknown"
+
+
+@pytest.mark.parametrize(("cycles", "few"), [(3.9, True), (4.1, False)])
+def test_what_is_slow_in_a_record_looks_like_a_sensor_that_wanders(cycles, few):
+    best = candidate("external_forcing", 20.0, rate=1.0)
+    trial = SimpleNamespace(t=np.array([1.0, 11.0]))
+    best.fit.solution.problem.trials = (trial, SimpleNamespace(t=np.array([0.0, 4.0])))
+    best.fit.values = {"external_forcing.rate": 2.0 * np.pi * cycles / 10.0}
+    said = as_what(best)
+    assert said.startswith(" as external forcing")
+    assert ("fewer than 4 cycles in a record, as a sensor that wanders may" in said) is few
+    best.fit.values = {}
+    assert as_what(best) == " as external forcing"
 
 
 def test_channels_that_contradict_leave_no_name_either():
@@ -752,7 +774,7 @@ def test_what_the_dry_trials_need_is_not_all_in_a_water_that_stands_out_beside_i
     names = ("linear_damping",) if said == "explained" else ("linear_damping", "unknown")
     assert (found.status, found.verdict) == (said, names)
     if said == "unknown":
-        assert "this is not all: of levels like this with nothing beside it only 0.0001 % stand out" in found.sentence
+        assert "of levels like this with nothing beside it fewer than one in a thousand stand out" in found.sentence
     (gate,) = (g for g in found.decision if g.gate == "p_value")
     assert gate.passed == (said == "explained")
 

@@ -15,7 +15,7 @@ from undertow.campaign.run.one_body import not_one_body
 from undertow.campaign.run.plausible import implausible, with_doubts
 from undertow.campaign.run.strange_trial import strange_trial
 from undertow.discrepancy.findings import GroupFindings
-from undertow.discrepancy.verdict import Gate
+from undertow.discrepancy.verdict import Described, Gate
 from undertow.likelihood.fit import Fit, Specimen
 from undertow.quantities import OK, Estimate
 
@@ -187,6 +187,10 @@ def test_a_body_that_is_lighter_in_water_is_said_and_stays_what_it_is():
     assert found.verdict == lighter.verdict
     swinging = replace(lighter.verdict, status="explained", verdict=("hidden_resonator",))
     assert with_doubts([replace(lighter, verdict=swinging)])[1] == ()
+    for repaired, said_so in ((120.0, False), (-300.0, True)):
+        better = Described(parameters={"added_mass_kg": Estimate(repaired, 5.0, "kg")})
+        explained = replace(lighter.verdict, status="explained", verdict=("cubic_stiffness",), augmented=better)
+        assert bool(with_doubts([replace(lighter, verdict=explained)])[1]) is said_so
     assert with_doubts([group(added_mass_kg=(-100.0, 20.0))])[1] == ()  # within three errors of a fiftieth of the mass
 
 

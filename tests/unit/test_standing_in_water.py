@@ -100,3 +100,58 @@ def test_a_name_that_one_dry_trial_did_not_prove_does_not_puzzle_the_water(names
     wet = Case({}, "spring short", SimpleNamespace(label="short"), (), Described(0.3), 0.01, 0.05, 1, False, True)
     (case,) = judgement._beside_unknown([wet], [SimpleNamespace(labels=("short",), verdicts=(said,))])
     assert bool(case.dry_unknown) is puzzles
+
+
+@dataclass(frozen=True)
+class Missed:
+    """What the equation misses in a trial, and how far its repetitions differ."""
+
+    nrmse: float
+    repeatability_nrmse: float
+    place: str = ""
+
+    @property
+    def missing(self) -> bool:
+        return self.nrmse > self.repeatability_nrmse
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A trial's findings."""
+
+    mismatch: Missed
+
+
+@dataclass(frozen=True)
+class Group:
+    """A group's findings."""
+
+    verdict: SimpleNamespace
+    trials: tuple[Trial, ...]
+
+
+def test_trials_repeat_as_their_rig_does_with_what_the_dry_trials_need(monkeypatch):
+    """A law that is missing in the dry trials had passed for scatter: 'no trial alone stands out (error 20 %,
+    repeatability 7.6 %)'."""
+    trials = tuple(Trial(Missed(0.2, allowed)) for allowed in (0.3, 0.4, 0.5))
+    group = Group(SimpleNamespace(repeatability_nrmse=0.4), trials)
+    rig = SimpleNamespace(allowed=0.08, model="model", options="options")
+    found = judgement._repeating_as(group, rig)
+    assert [t.mismatch.repeatability_nrmse for t in found.trials] == pytest.approx([0.06, 0.08, 0.1])
+    assert judgement._repeating_as(group, None) is group
+    monkeypatch.setattr(judgement, "place_words", lambda missing: f"{len(missing)} places")
+    case = Case(
+        {}, "water", Member("model", "options", 0.4), (), Described(0.2), 0.01, 0.4, 0, False, True, place="nowhere"
+    )
+    held = judgement._with_rig(case, rig, found.trials)
+    assert (held.missing, held.allowed, held.member.allowed, held.place) == (3, 0.08, 0.08, "3 places")
+    assert judgement._with_rig(case, None, trials) is case
+
+
+@dataclass(frozen=True)
+class Member:
+    """What a case has of its level."""
+
+    model: str
+    options: str
+    allowed: float

@@ -29,8 +29,8 @@ from undertow.discrepancy.case import Case
 from undertow.discrepancy.dry_check import CERTAIN, DryAnswer
 from undertow.discrepancy.validation import NEAR, Closeness
 from undertow.discrepancy.verdict import Gate, Verdict
-from undertow.discrepancy.wandering import left_share, wanders
-from undertow.discrepancy.words import percent
+from undertow.discrepancy.wandering import as_what, left_share, wanders
+from undertow.discrepancy.words import percent, rarely
 
 DISTINCT = 2.0
 """Standard errors from zero that a named law must keep where its error counts how much trials differ."""
@@ -89,7 +89,8 @@ def gates(
         Gate("search_ended", "suspects not tried to the end", float(len(diagnosis.unfinished)), 0.0,
              not diagnosis.unfinished, f"not tried to the end within discrepancy.budget: {left}", "search", unsearched)
         if diagnosis.looked else _flag("search_ended", "searches that were not begun",
-                                       "discrepancy.suspects names none: nothing was looked for", GREEN, "search"),
+                                       "discrepancy.suspects names none: nothing was looked for", (*GREEN, "unknown"),
+                                       "search"),
         *_beside_its_null(verdict, case, diagnosis, tested),
         *none,
         _structure(case),
@@ -181,11 +182,11 @@ def _beside_its_null(
     if verdict.status == "nothing_missing":
         return (Gate("p_value", asked, p, tested.limit, not tested.significant, "", "stands_out", GREEN),)
     if diagnosis.named and _stands_in(diagnosis.best, tested):
-        said = f"{percent(p)} of such levels with nothing missing stand out as much"
+        said = f"{percent(p)} of such levels with nothing missing stand out as much{as_what(diagnosis.best)}"
         return (Gate("p_value", asked, p, tested.limit, tested.significant, said, "more", NAMED),)
     if _carried(verdict, diagnosis):
         counts = tested.tests[0].size >= 1.0 or diagnosis.null.fit.misfit > FAR_ABOVE_NOISE
-        said = f"of levels like this with nothing beside it only {percent(p)} stand out as much"
+        said = f"of levels like this with nothing beside it {rarely(p)} stand out as much"
         return (Gate("p_value", asked, p, tested.limit, not (tested.significant and counts), said, "beside", NAMED),)
     return (_more_than_noise(case, diagnosis, tested),) if verdict.verdict == ("unknown",) else ()
 

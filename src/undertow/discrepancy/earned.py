@@ -28,7 +28,7 @@ from undertow.discrepancy.naming import in_words, next_test
 from undertow.discrepancy.sentence import no_answer
 from undertow.discrepancy.validation import NEAR, Closeness
 from undertow.discrepancy.verdict import Gate, Status, Verdict
-from undertow.discrepancy.words import percent
+from undertow.discrepancy.words import percent, rarely
 from undertow.equation import registry
 from undertow.errors import IdentificationError
 
@@ -238,8 +238,8 @@ def _standing_out(
     small = named or _surely_small(verdict, tested)
     text = (
         f"{case.label}: the equation misses {percent(case.baseline.nrmse)} of the motion "
-        f"({case.repeats}), no more than repetitions differ; but of levels like this with nothing missing only "
-        f"{percent(tested.p_value)} stand out as much: something is there, most like {words}{_but(in_air)}"
+        f"({case.repeats}), no more than repetitions differ; but of levels like this with nothing missing "
+        f"{rarely(tested.p_value)} stand out as much: something is there, most like {words}{_but(in_air)}"
         f"{'.' if small else MAY_COUNT}"
     )
     name = likely[0] if named else "unknown"

@@ -13,7 +13,9 @@ import math
 
 import numpy as np
 
+from undertow.comparison.candidate import Candidate
 from undertow.comparison.joint import JointFit
+from undertow.comparison.replicas import FEWEST_CYCLES
 
 SLOWER = (0.05, 0.5)
 OF_THE_BODY = (0.6, 1.6)
@@ -58,3 +60,17 @@ def left_shares(fit: JointFit) -> dict[str, float]:
         square = channel.sigma**2 * float(np.mean(r[at * n : (at + 1) * n] ** 2)) / float(np.var(channel.values))
         shares[trial.name] = math.sqrt(square)
     return shares
+
+
+def as_what(best: Candidate) -> str:
+    """What comes closest, in words, and that a sensor which wanders looks like it where it makes few cycles."""
+    trials = best.fit.solution.problem.trials
+    longest = max((float(trial.t[-1] - trial.t[0]) for trial in trials), default=math.inf)
+    rates = [
+        best.fit.values.get(f"{addend.prefix}.{a.name}", math.inf)
+        for addend in best.fit.addends for a in addend.additions if a.inner and a.unit == "rad/s"
+    ]  # fmt: skip
+    names = " and ".join(name.replace("_", " ") for name in best.names)
+    if min(rates, default=math.inf) * longest >= 2.0 * math.pi * FEWEST_CYCLES:
+        return f" as {names}"
+    return f" as {names}, which makes fewer than {FEWEST_CYCLES} cycles in a record, as a sensor that wanders may"

@@ -54,6 +54,15 @@ def group_title(key: Mapping[str, Condition]) -> str:
     return ", ".join(condition_words(column, value) for column, value in key.items()) or "all trials"
 
 
+def rarely(p_value: float) -> str:
+    """A small probability as a share of so many simulated ones as there are: beyond a thousand it is not counted.
+
+    >>> rarely(0.0042), rarely(1e-6)
+    ('only 0.42 %', 'fewer than one in a thousand')
+    """
+    return f"only {percent(p_value)}" if p_value >= 1e-3 else "fewer than one in a thousand"
+
+
 def percent(share: float) -> str:
     """A share as per cent with two digits below ten per cent, whole above; "-" where there is none, and no
     number beyond `SAID_AT_MOST`.

@@ -136,7 +136,18 @@ class Discover(FoundEquation, Estimator):
                     raise RecordingError(f"{name} is {value!r}, but with u x is an array; give x, t and u as arrays")
             super().fit(trials, t=t, u=u, hold=hold, units=units)
             return self
-        self.trials_: Trials = read(trials, columns, units, t=t, **reading)
+        if strange := [name for name in reading if name not in ReadSettings.__annotations__]:
+            takes = ", ".join(("t", "u", "hold", "columns", "units", *ReadSettings.__annotations__))
+            raise RecordingError(f"{strange[0]} is no argument of fit; it takes {takes}")
+        try:
+            self.trials_: Trials = read(trials, columns, units, t=t, **reading)
+        except RecordingError as error:
+            if y is None or t is not None:
+                raise
+            raise RecordingError(
+                f"the second argument is y, which stands there for scikit-learn and is not read: give times or a step "
+                f"by name, as in t=0.01; without them {error}"
+            ) from error
         self.failed_ = self.trials_.failed
         super().fit(self.trials_)
         return self
@@ -231,10 +242,10 @@ class Discover(FoundEquation, Estimator):
         return mean_score(self.free_runs(self._own_trials()))
 
     def fit_report(self, trials: Any = ()) -> str:
-        """Everything found as text: doubts first; free-run errors of ``trials`` where some are given; trials that were
-        not used last."""
+        """Everything found as text: trials that were not used and doubts first; free-run errors of ``trials`` where
+        some are given."""
         report = super().fit_report(read(trials) if len(trials) else ())
-        return "\n".join([report, *(f"not used: {one.reason}" for one in self.failed_)])
+        return "\n".join([*(f"not used: {one.reason}" for one in self.failed_), report])
 
     def theta_draws(self, draws: int, rng: np.random.Generator) -> tuple[Array, Mapping[str, float], str]:
         """Parameter vectors (draws, slots) as the numbers' errors and correlations spread them."""

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, DTypeLike
 
 from undertow.equation.equation import Equation
 from undertow.equation.registry import find
@@ -35,7 +35,14 @@ PERIODS = 20
 @dataclass(frozen=True, eq=False, repr=False)
 class Simulation(HandOver):
     """A motion from ``x0`` (m, rad): ``t`` (n,) s after the release, ``x``, ``v``, ``a`` (n,) in SI, ``hidden``
-    (n, 2 n_hidden) displacement and velocity of each hidden oscillator relative to the body."""
+    (n, 2 n_hidden) displacement and velocity of each hidden oscillator relative to the body.
+
+    As an array it is its states, (n, 2 + 2 n_hidden): x, v, then the hidden ones.
+
+    >>> run = simulate({"stiffness": 400.0}, x0=0.1, mass_kg=4.0, duration_s=2.0, rate_hz=100.0)
+    >>> run.shape, float(run[0, 0]), len(run)
+    ((200, 2), 0.1, 200)
+    """
 
     equation: Equation
     x0: float
@@ -45,6 +52,21 @@ class Simulation(HandOver):
     v: Array
     a: Array
     hidden: Array
+
+    def __array__(self, dtype: DTypeLike = np.float64, copy: bool | None = None) -> Array:
+        hidden = self.hidden.reshape(self.t.size, -1)
+        return np.column_stack([self.x, self.v, hidden]).astype(dtype)
+
+    def __getitem__(self, at: Any) -> Any:
+        return np.asarray(self)[at]
+
+    def __len__(self) -> int:
+        return int(self.t.size)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Samples and states."""
+        return np.asarray(self).shape
 
     @property
     def table(self) -> pd.DataFrame:

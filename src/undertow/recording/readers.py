@@ -134,6 +134,16 @@ def count_trials(path: Path, layout: FileFormat) -> int:
     return len(read_cells(path, layout.cells, layout.limits))
 
 
+def never_read(path: Path) -> str:
+    """Why a file of that name is never read, in words; empty where it is not one of those.
+
+    >>> never_read(Path("run3.npz")), never_read(Path("run3.csv"))
+    ('.npz can carry code and is never read; save it as CSV, MAT or HDF5', '')
+    """
+    suffix = suffix_of(path)
+    return f"{suffix} can carry code and is never read; save it as CSV, MAT or HDF5" if suffix in _PICKLED else ""
+
+
 def _reader(path: Path) -> Reader:
     suffix = suffix_of(path)
     if not os.path.isfile(path):
@@ -143,8 +153,8 @@ def _reader(path: Path) -> Reader:
                 f"undertow init {path}"
             )
         raise RecordingError(f"{path} is not there; check the path, which is relative to the config or the index")
-    if suffix in _PICKLED:
-        raise RecordingError(f"{path}: {suffix} can carry code and is never read; save it as CSV, MAT or HDF5")
+    if why := never_read(path):
+        raise RecordingError(f"{path}: {why}")
     if suffix not in READERS:
         advice = f"; {_ADVICE[path.suffix.lower()]}" if path.suffix.lower() in _ADVICE else ""
         raise RecordingError(

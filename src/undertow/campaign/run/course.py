@@ -228,8 +228,12 @@ class Course:
         for task, group, one in zip(tasks, found, said, strict=True):
             trials = (*one.verdict.trials, *task.apart)
             verdict = replace(one.verdict, trials=trials) if task.apart else one.verdict
-            runs = {t.motion.name: t.augmented for t in one.trials}
-            shown = tuple(replace(t, augmented=runs.get(t.motion.name)) for t in group.trials)
+            told = {t.motion.name: t for t in one.trials}
+            shown = tuple(
+                replace(t, augmented=told[t.motion.name].augmented, mismatch=told[t.motion.name].mismatch)
+                if t.motion.name in told else t
+                for t in group.trials
+            )  # fmt: skip
             out.append(replace(group, verdict=verdict, trials=shown))
         dry = [(t, g) for t, g in zip(tasks, out, strict=True) if t.dry]
         if len(self._plan) > 1 and any(g.verdict.verdict for _, g in dry):

@@ -31,7 +31,7 @@ from undertow.comparison.suspect import Suspect
 from undertow.comparison.suspects import chosen
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.earned import NEXT, stands_in_water
-from undertow.discrepancy.findings import GroupFindings
+from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.judge import Judged, judge_level, undecided
 from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.verdict import Verdict
@@ -77,7 +77,10 @@ def judged(
     standing = standing_addends(first)
     if standing:
         again = with_known(config, tasks, standing)
-        cases = [_with_rig(case, again[tuple(case.key.items())]) for case in cases]
+        groups = [_repeating_as(group, again.get(tuple(group.key.items()))) for group in groups]
+        trials = {tuple(group.key.items()): group.trials for group in groups}
+        keys = [tuple(case.key.items()) for case in cases]
+        cases = [_with_rig(case, again[key], trials[key]) for case, key in zip(cases, keys, strict=True)]
     cases = _beside_unknown(cases, first)
     waters: dict[tuple[object, ...], _Together] = {}
     for case, task in zip(cases, tasks, strict=True):
@@ -264,12 +267,27 @@ def _loosened(structure: Structure | None, task: GroupTask) -> Structure | None:
     return replace(structure, k=k, c=c, mu=mu, mean_errors=errors)
 
 
-def _with_rig(case: Case, rig: WetRig | None) -> Case:
+def _repeating_as(group: GroupFindings, rig: WetRig | None) -> GroupFindings:
+    """A wet group whose trials may differ as much as its rig has it with what the dry trials need, which had passed for
+    their scatter."""
+    if rig is None or not group.verdict.repeatability_nrmse > 0.0:
+        return group
+    factor = rig.allowed / group.verdict.repeatability_nrmse
+    mismatches = [
+        replace(t.mismatch, repeatability_nrmse=factor * t.mismatch.repeatability_nrmse) for t in group.trials
+    ]
+    return replace(
+        group, trials=tuple(replace(t, mismatch=m) for t, m in zip(group.trials, mismatches, strict=True))
+    )
+
+
+def _with_rig(case: Case, rig: WetRig | None, trials: Sequence[TrialFindings]) -> Case:
     """A wet group held against its rig as the dry trials with what they need give it."""
     if rig is None:
         return case
     member = replace(case.member, model=rig.model, options=rig.options, allowed=rig.allowed)
-    return replace(case, member=member, allowed=rig.allowed)
+    missing = [t.mismatch for t in trials if t.mismatch.missing]
+    return replace(case, member=member, allowed=rig.allowed, missing=len(missing), place=place_words(missing))
 
 
 def _water(config: RunConfig, case: Case) -> tuple[object, ...]:

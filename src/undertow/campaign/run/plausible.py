@@ -296,6 +296,9 @@ def _lighter(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str:
     swings = set(group.verdict.verdict) & {s.name for s in SUSPECTS if s.swings}
     if found is None or swings or not mass > 0.0 or not found.total_stderr < math.inf:
         return ""
+    repaired = group.verdict.augmented.parameters.get("added_mass_kg") if group.verdict.augmented else None
+    if group.verdict.status == "explained" and isinstance(repaired, Estimate) and repaired.value >= 0.0:
+        return ""  # what the equation lacks had stood in the mass
     if not found.value + ERRORS * found.total_stderr < -LIGHTER * mass:
         return ""
     return (

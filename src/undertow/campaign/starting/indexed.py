@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from undertow.campaign.proposing import plain
@@ -37,13 +37,14 @@ RIG = (
 @dataclass(frozen=True)
 class Indexed:
     """The index ``name`` in the folder, its config's key for the file of a row (``key``, ``value``), the recordings it
-    ``listed``, and what its columns say of them."""
+    ``listed``, what its columns say of them, and of which it does not say what groups share (``lacking``, why)."""
 
     name: str
     key: str
     value: str
     listed: frozenset[str]
     named: Named
+    lacking: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def lines(self) -> list[str]:
@@ -76,16 +77,31 @@ def _as_index(folder: Path, name: str, files: Sequence[str]) -> Indexed | None:
             if len(listed) > 1 and len(listed) >= NAMED * len(rows):
                 key, value = ("file", f"{{{column}}}{ending}") if ending else ("index_column", column)
                 if not ending or re.fullmatch(r"\w+", column):
-                    used = [row for row, cell in zip(rows, cells, strict=True) if cell + ending in others]
-                    return Indexed(name, key, value, frozenset(listed), _meaning(index, column, used))
+                    pairs = ((cell + ending, row) for row, cell in zip(rows, cells, strict=True))
+                    used = {file: row for file, row in pairs if file in others}
+                    named = _meaning(index, column, list(used.values()))
+                    return Indexed(name, key, value, frozenset(listed), named, _lacking(name, named, used))
     return None
 
 
+def _lacking(index: str, named: Named, rows: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
+    """Recordings whose row leaves empty what groups share, each with the cell to fill in."""
+    return {
+        file: f"{index} has no {name} for it; fill that cell in, and take the file out of recordings.exclude"
+        for file, row in rows.items()
+        for name in named.group_by
+        if not row.get(name, "").strip()
+    }
+
+
 def _meaning(index: Index, column: str, rows: Sequence[Mapping[str, str]]) -> Named:
-    """What the other columns say: which of them groups share, and which trials are dry."""
+    """What the other columns say: which of them groups share, and which trials are dry; a column with more empty cells
+    than others says nothing."""
     conditions = [name for name in index.columns if name and name != column and re.fullmatch(r"\w+", name)]
-    values = {name: [index.value(name, row.get(name, "")) for row in rows] for name in conditions}
-    several = {name: known for name, known in values.items() if len(set(known)) > 1 and all(v != "" for v in known)}
+    values = {
+        name: [index.value(name, row[name]) for row in rows if row.get(name, "").strip()] for name in conditions
+    }
+    several = {name: known for name, known in values.items() if len(set(known)) > 1 and 2 * len(known) > len(rows)}
     shared = tuple(name for name, known in several.items() if _is_water(name, known) or _is_rig(name, known))
     dry = next((found for name in shared if (found := _dry(name, several[name])) is not None), None)
     return Named(group_by=shared, dry=dry, wet=dry is not None)

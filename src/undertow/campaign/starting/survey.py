@@ -24,7 +24,7 @@ from undertow.recording.patterns import Patterns
 from undertow.recording.propose_file import propose_file
 from undertow.recording.propose_layout import NO_TABLE
 from undertow.recording.propose_response import ResponseProposal
-from undertow.recording.readers import READERS, suffix_of, trial_name
+from undertow.recording.readers import READERS, never_read, suffix_of, trial_name
 from undertow.recording.recording import Coordinate
 from undertow.recording.run_files import is_of_a_run
 from undertow.recording.stacked import stacked
@@ -77,10 +77,11 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
 
     Raises ConfigError where there is no such folder or none of its files can be read as a recording.
     """
-    files = _files(folder)
+    every = _files(folder)
+    files = [name for name in every if suffix_of(Path(name)) in READERS]
     index = find_index(folder, files)
     found: dict[Reading, list[str]] = {}
-    unread: list[tuple[str, str]] = []
+    unread = [(name, why) for name in every if (why := never_read(Path(name)))]
     remarks: Counter[str] = Counter()
     doubts: Counter[str] = Counter()
     lacks: dict[str, str] = {}
@@ -89,6 +90,9 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
         looked(done, len(files))
         if index is not None and name not in index.listed:
             unread += [(name, f"is not in the index {index.name}")] if name != index.name else []
+            continue
+        if index is not None and name in index.lacking:
+            unread.append((name, index.lacking[name]))
             continue
         if link := refused(folder / name, folder):
             unread.append((name, f"is {link}"))
@@ -121,9 +125,9 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
     unread += [(name, "is a harmonic set, and needs a config of its own (recordings.response)") for name, _, _ in sets]
     if not found:
         first = "; ".join(f"{name}: {why}" for name, why in _blamed(unread, lacks))
-        if not files:
+        if not files and not unread:
             raise ConfigError(f"{folder} holds no file with the suffix of a recording, as .csv, .txt, .mat, .xlsx")
-        looked_at = f"{count(len(files), 'file')} looked at"
+        looked_at = f"{count(max(len(files), len(unread)), 'file')} looked at"
         raise ConfigError(f"no file in {folder} can be read as a recording ({looked_at}); {first}")
     return replace(_sorted_out(found, unread, tuple(remarks)), doubts=tuple(doubts), index=index)
 
@@ -135,7 +139,8 @@ def _blamed(unread: Sequence[tuple[str, str]], lacks: Mapping[str, str]) -> list
 
 
 def _files(folder: Path) -> list[str]:
-    """Files with the suffix of a recording, as paths from the folder; hidden ones and run folders left out."""
+    """Files with the suffix of a recording, or of what is never read, as paths from the folder; hidden ones and run
+    folders left out."""
     if not folder.is_dir():
         raise ConfigError(f"{folder} is no folder; give the one that holds the recordings")
     names = []
@@ -144,7 +149,7 @@ def _files(folder: Path) -> list[str]:
         names += [
             (Path(above) / name).relative_to(folder).as_posix()
             for name in sorted(files)
-            if not name.startswith((".", "~$")) and suffix_of(Path(name)) in READERS
+            if not name.startswith((".", "~$")) and (suffix_of(Path(name)) in READERS or never_read(Path(name)))
             and not is_of_a_run(str(Path(above) / name))
         ]
     return names

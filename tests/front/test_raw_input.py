@@ -324,6 +324,11 @@ def test_times_given_by_place_and_words_that_are_none_are_said():
         quick().fit(decay(), TIMES, t=0.01)
 
 
+def test_a_trial_without_a_number_is_what_is_blamed():
+    with pytest.raises(RecordingError, match=r"column 'x' holds no number: all \d+ values are missing; leave this"):
+        undertow.fit([decay(), decay() * np.nan], TERMS, t=0.01, units={"x": "m"})
+
+
 def test_a_simulated_motion_is_an_array_of_its_states(discovered):
     run = discovered.simulate([0.1, 0.0], TIMES[:50])
     assert run.shape == np.shape(run) == (50, 2)

@@ -44,6 +44,21 @@ def test_a_layout_is_found_and_reads_the_table(tmp_path: Path, text: str, layout
     assert len(table) >= 4
 
 
+@pytest.mark.parametrize("bad", ["---", "OVERLOAD"])
+@pytest.mark.parametrize(("above", "broken", "below"), [(12, 3, 12), (12, 250, 12), (4, 1, 40)])
+def test_cells_that_are_no_numbers_do_not_end_a_table_and_are_named(
+    tmp_path: Path, bad: str, above: int, broken: int, below: int
+) -> None:
+    """The names of the columns were lost, and with them the beginning of the recording."""
+    cells = ["0.5"] * above + [bad] * broken + ["0.4"] * below
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["made by logger 7", "t [s],x [mm]", *(f"{at / 50},{x}" for at, x in enumerate(cells))]))
+    found = propose_layout(path)
+    assert found == FileFormat(skip_rows=1)
+    with pytest.raises(RecordingError, match=rf"column 'x \[mm\]', line {above + 3}: '{bad}' is not a number"):
+        read_table(path, found)
+
+
 @pytest.mark.parametrize("text", ["one\ntwo\n", "a,b\n1,2\n", "The licence of 1991\nsays much\nand more\n1\n"])
 def test_a_text_without_a_table_is_said_to_be_none(tmp_path: Path, text: str) -> None:
     path = tmp_path / "a.txt"

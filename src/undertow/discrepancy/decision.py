@@ -81,6 +81,7 @@ def gates(
     """
     left = ", ".join(label.replace("_", " ") for label in diagnosis.unfinished)
     unsearched = GREEN if set(verdict.verdict) - {"unknown"} else (*GREEN, "unknown")
+    surely = case.baseline.nrmse > DOUBLED * case.allowed  # that something is there
     closer = _comes_closer(verdict, case, diagnosis)
     none = tuple(gate for gate in closer if not gate.passed and gate.lacking == "further")
     found = (
@@ -89,8 +90,8 @@ def gates(
         Gate("search_ended", "suspects not tried to the end", float(len(diagnosis.unfinished)), 0.0,
              not diagnosis.unfinished, f"not tried to the end within discrepancy.budget: {left}", "search", unsearched)
         if diagnosis.looked else _flag("search_ended", "searches that were not begun",
-                                       "discrepancy.suspects names none: nothing was looked for", (*GREEN, "unknown"),
-                                       "search"),
+                                       "discrepancy.suspects names none: nothing was looked for",
+                                       GREEN if surely else unsearched, "search"),
         *_beside_its_null(verdict, case, diagnosis, tested),
         *none,
         _structure(case),

@@ -146,6 +146,10 @@ def _guessed(
         for quantity, spec in propose_mapping(numbers).channels.items():  # a unit that fits no channel hides its own
             for unit in (said[column] for column in spec.columns if column in said):
                 factor_to_si(unit, quantity)
+        if empty := [column for column in table.columns if table[column].isna().all()]:
+            raise RecordingError(
+                f"column {empty[0]!r} holds no number: all {len(table)} values are missing; leave this trial out"
+            )
         raise RecordingError(
             f"none of the columns {_shown(table)} is named like a channel and holds numbers; say which, as in "
             f'columns={{"time": {table.columns[0]!r}, "displacement": {table.columns[-1]!r}}}'

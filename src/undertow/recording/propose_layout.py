@@ -119,18 +119,33 @@ def _table(rows: Sequence[_Row], decimal: str, ragged: bool, numeric: Sequence[i
     """Index of the first row of numbers (of ``numeric`` columns alone, where given) of the table that goes on to the
     end of what is looked at.
 
-    The very last line may be cut and does not count where there are others; ``ragged`` rows may end early.
+    The very last line may be cut and does not count where there are others; ``ragged`` rows may end early. Rows in
+    which a cell is no number do not end a table that goes on above them: whoever reads it says which cell that is.
     """
     if numeric is not None and len(numeric) < FEWEST_NUMBERS:
         return None
     last = start = _end(rows)
+    width = len(rows[last - 1].cells) if rows else 0
+
+    def holds(row: _Row) -> bool:
+        asked = row.cells if numeric is None else [row.cells[at] for at in numeric if at < len(row.cells)]
+        return _are_numbers(asked, decimal) and (ragged or len(row.cells) == width)
+
     while start > 0:
-        cells = rows[start - 1].cells
-        asked = cells if numeric is None else [cells[at] for at in numeric if at < len(cells)]
-        if not _are_numbers(asked, decimal) or (not ragged and len(cells) != len(rows[last - 1].cells)):
+        above = start
+        while above > 0 and not holds(rows[above - 1]) and _has_a_number(rows[above - 1], width, decimal):
+            above -= 1
+        if above < start and not all(holds(row) for row in rows[max(above - FEWEST_ROWS, 0) : above]):
             break
-        start -= 1
+        if (above < FEWEST_ROWS and above < start) or not holds(rows[above - 1]):
+            break
+        start = above - 1
     return start if last - start >= FEWEST_ROWS else None
+
+
+def _has_a_number(row: _Row, width: int, decimal: str) -> bool:
+    """Whether a row is as wide as the table and holds a number beside what is none."""
+    return len(row.cells) == width and any(is_number(cell, decimal) for cell in row.cells)
 
 
 def _beside_texts(rows: Sequence[_Row], decimal: str, ragged: bool) -> tuple[int, FileFormat] | None:

@@ -27,6 +27,7 @@ ROWS = "0.0,1.5\n0.1,1.4\n0.2,1.2\n0.3,0.9\n"
         ("station,flume\nt,x\n" + ROWS, FileFormat(skip_rows=1)),
         (ROWS, FileFormat(header=False)),
         ("start,rate,len\n90,1000,5\n-1.5\n-1.4\n-1.3\n-1.2\n", FileFormat(header=False, skip_rows=2)),
+        ("made,by\nus,all\nfrom,to\n90,1000\ngain,5\n" + ROWS, FileFormat(header=False, skip_rows=5)),
         ("t;x\n" + ROWS.replace(",", ";").replace(".", ","), FileFormat(decimal=",")),
         ("t\tx\n" + ROWS.replace(",", "\t"), FileFormat()),
         ("t x\n" + ROWS.replace(",", "   "), FileFormat()),

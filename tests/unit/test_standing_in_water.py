@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from undertow.campaign.run import judgement
+from undertow.campaign.run import course, judgement
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.verdict import Described, Gate, Verdict
 from undertow.errors import IdentificationError
@@ -155,3 +155,38 @@ class Member:
     model: str
     options: str
     allowed: float
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A trial as a run shows it."""
+
+    motion: SimpleNamespace
+    mismatch: float
+    augmented: str | None = None
+
+
+@dataclass(frozen=True)
+class Told:
+    """A group as a run shows it."""
+
+    verdict: Verdict
+    trials: tuple[Shown, ...]
+
+
+def test_what_is_shown_of_a_trial_is_what_its_group_was_judged_by(monkeypatch):
+    trials = tuple(Shown(SimpleNamespace(name=name), 0.4) for name in ("a", "b", "apart"))
+    group = Told(Verdict({}, ("a", "b"), status="nothing_missing"), trials)
+    verdict = Verdict({}, ("a", "b"), status="explained", verdict=("cubic_stiffness",))
+    said = Told(verdict, tuple(Shown(t.motion, 0.08, "run") for t in trials[:2]))
+    monkeypatch.setattr(course, "judged", lambda *_: [said])
+    monkeypatch.setattr(course, "_joint", lambda task, one: (task, one))
+    monkeypatch.setattr(course, "level_count", lambda *_: 1)
+    task = SimpleNamespace(apart=("apart",), dry=False)
+    run = SimpleNamespace(
+        _dry=([], []), _config=None, _jobs=1, _progress=None, _folder=None, _resume=False, _groups=(), _structures={},
+        _plan=(),
+    )  # fmt: skip
+    (found,) = course.Course._judged(run, [task], [group])
+    assert [(t.mismatch, t.augmented) for t in found.trials] == [(0.08, "run"), (0.08, "run"), (0.4, None)]
+    assert found.verdict.trials == ("a", "b", "apart")

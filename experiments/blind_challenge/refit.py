@@ -77,7 +77,7 @@ def _readings(view: Seen, numbers: Numbers) -> dict[str, np.ndarray]:
         if name in FACTORS
     }
     first = trial.first + numbers.get(("shift", 0), 0.0) / frequency
-    held = max(0, math.ceil(1e-9 - first / rig.step)) if first <= 0.0 else 0
+    held = math.ceil(1e-9 - first / rig.step) if first <= 0.0 else 0
     late = replace(trial, first=first + held * rig.step, release=trial.release + numbers[("x0", 0)] * rig.largest)
     change = Change(scene.body.changed(**moved), velocity=numbers[("v0", 0)] * rig.largest * frequency)
     there = Scene(rig, late, change.body)
@@ -144,7 +144,7 @@ class Local:
         """`random` and `plain`: as `strength.Linear` has them, whose numbers and priors these are."""
         self.problem = Linear(rig, views, random, plain)
         count = self.problem.prior.size
-        self.rows = [np.diag(np.sqrt(self.problem.prior))]
+        rows = [np.diag(np.sqrt(self.problem.prior))]
         self.turns = []
         for block, at in self.problem.blocks:
             whole = np.zeros((block.shape[0], count))
@@ -153,9 +153,9 @@ class Local:
             q, upper = np.linalg.qr(whole[:, used])
             row = np.zeros((upper.shape[0], count))
             row[:, used] = upper
-            self.rows.append(row)
+            rows.append(row)
             self.turns.append(q)
-        self.matrix = np.vstack(self.rows)
+        self.matrix = np.vstack(rows)
         self.size = np.linalg.norm(self.matrix, axis=0)
 
     def right(self, left: list[np.ndarray], numbers: np.ndarray) -> np.ndarray:
@@ -299,10 +299,10 @@ def beside(rig: Rig, end: Refit, second: Callable[[Scene, float], Change], dose:
     white = [v.kept * r for v, r in zip(end.views, white, strict=True)]
     local = Local(rig, end.views)
     nowhere = np.zeros(local.size.size)
-    other = local.cost(white, nowhere) - local.step(white, nowhere)[1]
+    step, falls = local.step(white, nowhere)
+    other = local.cost(white, nowhere) - falls
     if other <= 0.0:
         return end.statistic
-    step = local.step(white, nowhere)[0]
     after = local.problem.left(white, step)
     both = sum(float(a @ r) for a, r in zip(after, end.left, strict=True))
     both += float(step @ (local.problem.prior * end.numbers))

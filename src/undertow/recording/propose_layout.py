@@ -128,16 +128,15 @@ def _table(rows: Sequence[_Row], decimal: str, ragged: bool, numeric: Sequence[i
     width = len(rows[last - 1].cells) if rows else 0
 
     def holds(row: _Row) -> bool:
-        asked = row.cells if numeric is None else [row.cells[at] for at in numeric if at < len(row.cells)]
-        return _are_numbers(asked, decimal) and (ragged or len(row.cells) == width)
+        cells = row.cells if numeric is None else [row.cells[at] for at in numeric if at < len(row.cells)]
+        return _are_numbers(cells, decimal) and (ragged or len(row.cells) == width)
 
     while start > 0:
         above = start
         while above > 0 and not holds(rows[above - 1]) and _has_a_number(rows[above - 1], width, decimal):
             above -= 1
-        if above < start and not all(holds(row) for row in rows[max(above - FEWEST_ROWS, 0) : above]):
-            break
-        if (above < FEWEST_ROWS and above < start) or not holds(rows[above - 1]):
+        asked = FEWEST_ROWS if above < start else 1  # rows of numbers above those that are not
+        if above < asked or not all(holds(row) for row in rows[above - asked : above]):
             break
         start = above - 1
     return start if last - start >= FEWEST_ROWS else None

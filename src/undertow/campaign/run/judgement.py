@@ -273,12 +273,10 @@ def _repeating_as(group: GroupFindings, rig: WetRig | None) -> GroupFindings:
     if rig is None or not group.verdict.repeatability_nrmse > 0.0:
         return group
     factor = rig.allowed / group.verdict.repeatability_nrmse
-    mismatches = [
-        replace(t.mismatch, repeatability_nrmse=factor * t.mismatch.repeatability_nrmse) for t in group.trials
-    ]
-    return replace(
-        group, trials=tuple(replace(t, mismatch=m) for t, m in zip(group.trials, mismatches, strict=True))
-    )
+    return replace(group, trials=tuple(
+        replace(t, mismatch=replace(t.mismatch, repeatability_nrmse=factor * t.mismatch.repeatability_nrmse))
+        for t in group.trials
+    ))  # fmt: skip
 
 
 def _with_rig(case: Case, rig: WetRig | None, trials: Sequence[TrialFindings]) -> Case:

@@ -125,9 +125,9 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
     unread += [(name, "is a harmonic set, and needs a config of its own (recordings.response)") for name, _, _ in sets]
     if not found:
         first = "; ".join(f"{name}: {why}" for name, why in _blamed(unread, lacks))
-        if not files and not unread:
+        if not every:
             raise ConfigError(f"{folder} holds no file with the suffix of a recording, as .csv, .txt, .mat, .xlsx")
-        looked_at = f"{count(max(len(files), len(unread)), 'file')} looked at"
+        looked_at = f"{count(len(every), 'file')} looked at"
         raise ConfigError(f"no file in {folder} can be read as a recording ({looked_at}); {first}")
     return replace(_sorted_out(found, unread, tuple(remarks)), doubts=tuple(doubts), index=index)
 

@@ -234,7 +234,8 @@ def test_a_stated_rig_that_the_channels_contradict_stops_a_diagnosis():
     beside = undertow.read(recorded(0.05, 1)) + trials
     left = undertow.fit(beside, list(HARD), stiffness_N_per_m=4000.0)
     assert left.trials.names == ("r1",)
-    assert left.notes[-1].startswith("not used: trial trial_1: ")
+    assert left.doubts[0].startswith("not used: trial trial_1: ")
+    assert repr(left).splitlines()[2].startswith("! not used: trial trial_1: ")
     known = undertow.read(table, columns, units, accept=["unit", "gain"])
     assert undertow.fit(known, list(HARD), stiffness_N_per_m=4000.0).trials.names == ("trial_1",)
 

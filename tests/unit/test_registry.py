@@ -37,6 +37,12 @@ def test_a_misspelt_name_is_answered_with_the_nearest_one():
         registry.find("quadratic_drug")
 
 
+@pytest.mark.parametrize("word", ["cubic", "Cubic"])
+def test_a_word_is_answered_with_every_name_that_holds_it(word):
+    with pytest.raises(ConfigError, match=f"'{word}' is not.*did you mean 'cubic_damping' or 'cubic_stiffness'"):
+        registry.find(word)
+
+
 def test_a_name_like_none_is_sent_to_the_list():
     with pytest.raises(ConfigError, match="'xyz' is not in the registry; `undertow terms` lists all"):
         registry.find("xyz")

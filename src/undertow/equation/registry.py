@@ -101,7 +101,7 @@ def row(name: str) -> type[Term] | None:
 
 
 def find(name: str, **inner: float) -> Term:
-    """The term of that name, with the inner parameters given; ConfigError naming the nearest one if there is none.
+    """The term of that name, with the inner parameters given; ConfigError naming the nearest one, or those that contain the word, if there is none.
 
     >>> find("drag_exponent", exponent=1.5).inner
     {'exponent': 1.5}
@@ -109,8 +109,9 @@ def find(name: str, **inner: float) -> Term:
     law = row(name)
     if law is not None:
         return law(**inner)
-    near = difflib.get_close_matches(name, names(), n=1)
-    hint = f"did you mean {near[0]!r}?" if near else "`undertow terms` lists all"
+    word = name.lower()
+    near = [one for one in names() if word and word in one] or difflib.get_close_matches(word, names(), n=1)
+    hint = f"did you mean {' or '.join(map(repr, near))}?" if near else "`undertow terms` lists all"
     raise ConfigError(f"equation term {name!r} is not in the registry; {hint}")
 
 

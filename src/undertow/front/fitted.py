@@ -150,8 +150,9 @@ class Fitted(FoundNumbers):
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What a reader must know first: a search that failed, a bound, a residual that is more than noise."""
-        said = [] if self.group.outcome == OK else [self.group.outcome]
+        """What a reader must know first: unused trials, a search that failed, a bound, a residual beyond noise."""
+        said = [f"not used: {one.reason}" for one in self.trials.failed]
+        said += [] if self.group.outcome == OK else [self.group.outcome]
         solution = self.group.solution
         left = solution.chi2 / max(solution.n_data, 1)
         if left > ADEQUATE:

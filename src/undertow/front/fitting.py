@@ -92,8 +92,7 @@ def fit(
     found = fit_group(model, motions, options, "none" if structure is None else "trials and means")
     found, differ = _grown(found, motions, options)
     ordered = replace(used, motions=tuple(motions))
-    notes += differ + tuple(f"not used: {one.reason}" for one in used.failed)
-    return Fitted(ordered, found, anchor, structure, notes)
+    return Fitted(ordered, found, anchor, structure, notes + differ)
 
 
 def _grown(found: GroupFit, motions: Sequence[Motion], options: TrialOptions) -> tuple[GroupFit, tuple[str, ...]]:

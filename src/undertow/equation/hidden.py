@@ -102,7 +102,7 @@ class HiddenResonator(Term):
     held_unless_asked = ("quadratic_damping_per_m", "cubic_stiffness_per_m2_s2")
     words = "water that oscillates by itself"
     words_unplaced = "something that was not recorded and oscillates by itself"
-    next_test = "a sensor where something may oscillate unseen (in water a wave gauge), or a spring of another stiffness"
+    next_test = "a sensor where something may oscillate unseen (in water a wave gauge), or another stiffness"
     element = "oscillator"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:

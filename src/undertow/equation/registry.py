@@ -101,7 +101,7 @@ def row(name: str) -> type[Term] | None:
 
 
 def find(name: str, **inner: float) -> Term:
-    """The term of that name, with the inner parameters given; ConfigError naming the nearest one, or those that contain the word, if there is none.
+    """The term of that name, with the inner parameters given; ConfigError naming those like it if there is none.
 
     >>> find("drag_exponent", exponent=1.5).inner
     {'exponent': 1.5}

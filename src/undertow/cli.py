@@ -76,7 +76,7 @@ ConfigPath = Annotated[Path, typer.Argument(metavar="CONFIG", help="The campaign
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout, nothing else.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, and of the result the last line alone.")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="A line of progress an item; every group's sentence.")]
-Overrides = Annotated[list[str] | None, typer.Option("--set", metavar="a.b=v", help="Replace one key of the config.")]
+Overrides = Annotated[list[str] | None, typer.Option("--set", metavar="a.b=v", help="Replace a key; repeatable.")]
 
 
 def _run_folders(incomplete: str) -> list[str]:
@@ -161,7 +161,7 @@ def run(
     config: ConfigPath,
     overrides: Overrides = None,
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Run folder; default runs/<name>.")] = None,
-    jobs: Annotated[int, typer.Option("--jobs", metavar="N", min=0, help="Processes; 0: one a core.")] = 0,
+    jobs: Annotated[int, typer.Option("--jobs", metavar="N", min=0, help="Worker processes; 0: one a core.")] = 0,
     resume: Annotated[bool, typer.Option("--resume", help="Take finished groups from the run folder.")] = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -169,7 +169,7 @@ def run(
     scheduler: Annotated[
         str, typer.Option("--scheduler", metavar="ADDRESS", help="A Dask cluster's, such as tcp://host:8786.")
     ] = "",
-    page: Annotated[bool, typer.Option("--page/--no-page", help="Without: tables and verdicts alone.")] = True,
+    page: Annotated[bool, typer.Option("--page/--no-page", help="The page, or tables and verdicts alone.")] = True,
 ) -> None:
     """Go the whole way, from recordings to a report; print a table of verdicts."""
     _one_voice(quiet, verbose)
@@ -314,7 +314,6 @@ def predict(
 ) -> None:
     """Run a finished run's equation on a recording that nobody fitted, or from --x0 for --duration at --rate."""
     from undertow.front.run_prediction import predict_any
-    from undertow.front.terminal.predicted import prediction_text
     from undertow.report.verdict_file import as_runs_write_them
     with as_runs_write_them([run], "equations.json"):
         made = predict_any(run, recording, (x0, duration, rate), group, start, config, out)
@@ -322,7 +321,7 @@ def predict(
         _say(f"written: {out}")
     for message in getattr(made, "messages", ()):
         _say(message)
-    typer.echo(prediction_text(made))
+    typer.echo(str(made))
 
 
 @app.command()
@@ -349,7 +348,7 @@ def terms(
         typer.Argument(metavar="[TERM]...", help="Only these; default: all.", autocompletion=_term_names),
     ] = None,
 ) -> None:
-    """List every term: its law, unit, source, what it looks like when left out; then other names of verdicts."""
+    """List every term: its law, unit, source, what it looks like when left out; then other names in verdicts."""
     from undertow.campaign.terms import describe_terms
 
     typer.echo(describe_terms(names or ()))

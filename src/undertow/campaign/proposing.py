@@ -121,7 +121,10 @@ def config_lines(
     if time is not None:
         lines.append(f"    time: {time_text(time)}")
     lines += [f"    {line}" for line in channel_lines(proposal.channels)]
-    lines += ["trials:", "  group_by: [trial]", f"  conditions: {{{pattern}: {{trial: {plain(stem)}}}}}"]
+    if driven_terms(proposal.channels):  # all trials of a driven body are fitted together
+        lines += ["trials:", "  group_by: []"]
+    else:
+        lines += ["trials:", "  group_by: [trial]", f"  conditions: {{{pattern}: {{trial: {plain(stem)}}}}}"]
     lines += ["  dry: none", "  hold_out: []"]
     limits = {"start_s": window.start_s, "end_s": window.end_s}
     said = ", ".join(f"{name}: {value:.12g}" for name, value in limits.items() if value is not None)

@@ -196,7 +196,7 @@ class QuadraticStiffness(Term):
     source = "geometric slack of cables"
     left_out = "frequency shifts in proportion to the amplitude"
     pulls_back = True
-    missing_as = AsymmetricStiffness.name
+    missing_as = CubicStiffness.name
     sprung = True
     element = "elastic"
 

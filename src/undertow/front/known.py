@@ -146,7 +146,7 @@ def _sentence(error: Any) -> str:
     names = [str(part) for part in error["loc"] if part not in ("number", "table", "auto", "list", "all")]
     rule = error["msg"].removeprefix("Value error, ").removeprefix("Input ")
     what = ".".join(names[1:] or names) or "the settings"
-    return f"{what} is {error['input']!r} but {rule}; see configs/run.schema.json"
+    return f"{what} is {error['input']!r} but {rule}"
 
 
 def group_specimen(config: RunConfig, conditions: Sequence[Mapping[str, Any]]) -> Any:

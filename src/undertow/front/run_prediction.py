@@ -17,7 +17,7 @@ import numpy as np
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.config import load as load_config
-from undertow.campaign.driven.predict import START, Predicted, equations_of, predict_recording, predicted_csv
+from undertow.campaign.driven.predict import START, Predicted, equations_of, met, predict_recording, predicted_csv
 from undertow.campaign.driven.trials import recording_alone
 from undertow.campaign.response.predict import PredictedSet, predict_response
 from undertow.conditioning.motion import Motion
@@ -25,7 +25,7 @@ from undertow.discrepancy.words import group_title
 from undertow.equation.equation import Equation
 from undertow.equation.registry import find
 from undertow.errors import ConfigError
-from undertow.front.beside_prediction import among_fitted, of_another_group, own_period_s, too_coarse
+from undertow.front.beside_prediction import among_fitted, mean_period, of_another_group, own_period_s, too_coarse
 from undertow.front.prediction import PredictedRun, predict_whole
 from undertow.front.reading import load
 from undertow.recording.catalogue import Entry
@@ -173,6 +173,25 @@ class RunPrediction:
     def _seen(self) -> bool:
         return self.run.measured.size > 0
 
+    def __repr__(self) -> str:
+        """How well a recording is met; without one peak, period, decay and band."""
+        if self._seen:
+            return met(self.rms, self.covered, self.unit, self.missed)
+        t, x, unit = self.run.t, self.run.predicted - self.run.rest, self.unit
+        period, periods = mean_period(t, x)
+        lines = [f"peak {np.max(np.abs(x)):.4g} {unit}"]
+        if self.too_coarse:
+            lines.append(f"period {self.period_s:.4g} s by the equation: these samples are too few to show it")
+        elif periods:
+            late = float(np.max(np.abs(x[t >= t[-1] - period])))
+            lines.append(f"period {period:.4g} s (mean of {periods}); last swing {late:.4g} {unit}")
+        else:
+            lines.append(f"no whole period within {t[-1]:.4g} s; at its end {x[-1]:.4g} {unit}")
+        half = 0.5 * (self.run.upper - self.run.lower)
+        if np.isfinite(half).all():
+            lines.append(f"90 % band: +- {np.mean(half):.2g} {unit} on average, {np.max(half):.2g} {unit} at most")
+        return "\n".join(lines)
+
     def csv(self) -> str:
         """time_s, measured, predicted, lower, upper, used: one row a sample; measured is empty without a recording."""
         r = self.run
@@ -306,7 +325,8 @@ def _check_start(said: Mapping[str, float]) -> None:
     if lacking:
         raise ConfigError(
             f"{' and '.join(lacking)} {'is' if len(lacking) == 1 else 'are'} not given, or no number; a decay from a "
-            "start never tested needs all of --x0, --duration (s) and --rate (samples a second)"
+            "start never tested needs all of --x0, --duration (s) and --rate (samples a second); in Python x0, "
+            "duration_s and rate_hz"
         )
     low = next((name for name in ("duration", "rate") if said[name] <= 0.0), "")
     if low:
@@ -352,7 +372,8 @@ def _group(
         else:
             none = f"its list of trials gives {whose} no conditions" if whose else "no conditions are given"
             problem = f"the run has {len(groups)} groups and {none}"
-        raise ConfigError(f"{problem}; say --group, one of: {have}")
+        which = f"say --group, one of: {have}" if have else "all its trials are one group, without a name"
+        raise ConfigError(f"{problem}; {which}")
     return found[0]
 
 

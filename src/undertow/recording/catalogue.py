@@ -233,6 +233,11 @@ def _must_increase(time: Array, channels: Mapping[str, Array]) -> None:
             f"time begins again {trials - 1} times (first at sample {late[0] + 1}): the file holds {trials} trials one "
             "below another; split it into a file each (docs/formats.md, Several trials in one file)"
         )
+    if 2 * late.size > time.size and np.all(np.diff(time) >= 0.0):
+        raise RecordingError(
+            f"{late.size} of {time.size - 1} steps of time are 0 s: its clock is coarser than its samples; give "
+            "channels.time: {rate_hz: ...} in its place"
+        )
     if late.size:
         raise RecordingError(
             f"time goes from {time[late[0]]:g} s to {time[late[0] + 1]:g} s at sample {late[0] + 1}; time must "

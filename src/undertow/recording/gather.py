@@ -284,6 +284,24 @@ class _PatternsSaid:
         return _with_files_beside(entry, said)
 
 
+def _as_spelt(path: Path, pattern: str, known: Mapping[str, Condition]) -> str:
+    """The file, or where there is none the only one beside it whose name writes the same numbers otherwise: 50 may be
+    050 in it."""
+    base = pattern.replace("\\", "/").rpartition("/")[2]
+    if not _FIELD.search(base) or os.path.isfile(path) or not os.path.isdir(path.parent):
+        return str(path)
+    parts = _FIELD.split(base)  # text, field, text, ...
+    spelt = re.compile("".join(_spelling(known[one]) if at % 2 else re.escape(one) for at, one in enumerate(parts)))
+    found = [name for name in os.listdir(path.parent) if spelt.fullmatch(name)]
+    return str(path.parent / found[0]) if len(found) == 1 else str(path)
+
+
+def _spelling(value: Condition) -> str:
+    """A pattern of the texts that write a condition: a number with zeros before it, and either decimal mark."""
+    text = re.escape(written(value))
+    return text if isinstance(value, str) else f"0*{text.replace(re.escape('.'), '[.,]')}"
+
+
 def _with_files_beside(entry: Entry, catalogue: Catalogue) -> Entry:
     """The entry with the paths of the files beside its own that its channels lie in.
 
@@ -305,7 +323,7 @@ def _with_files_beside(entry: Entry, catalogue: Catalogue) -> Entry:
         if _escapes(filled):
             problem = f"its channels' file {filled!r} must lie in the trial's folder; correct recordings.channels"
             return replace(entry, problem=problem)
-        paths[name] = str(entry.path.parent / filled)
+        paths[name] = _as_spelt(entry.path.parent / filled, name, known)
         if link := refused(paths[name], entry.path.parent):
             return replace(entry, problem=f"its channels' file {filled!r} is {link}")
     return replace(entry, beside=paths)

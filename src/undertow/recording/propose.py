@@ -155,7 +155,7 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
         )
     remarks += _instruments_without_input(found)
     coordinate = _coordinate(found)
-    time, more = _clock(found.get("time", []))
+    time, more = _clock(found.get("time", []), table)
     remarks += more
     channels, alike = {}, {}
     doubts: list[str] = []
@@ -186,12 +186,14 @@ def step_in_doubt(times: pd.Series) -> float:
     return step if step >= SLOW_S else 0.0
 
 
-def _clock(found: Sequence[tuple[Column, str]]) -> tuple[TimeSpec | None, list[str]]:
-    """The column whose name speaks of time; else one that only rises, as a row's number does as well."""
+def _clock(found: Sequence[tuple[Column, str]], table: pd.DataFrame) -> tuple[TimeSpec | None, list[str]]:
+    """The column whose name speaks of time; else one that only rises, but for one that counts rows."""
     if not found:
         return None, ["no column looks like time; give channels.time: {rate_hz: ...}"]
     named = [one for one in found if speaks_of_time(one[0])]
     column, unit = (named or found)[0]
+    if not named and not unit and np.all(np.diff(table[column].to_numpy(dtype=np.float64)) == 1.0):
+        return None, [f"column {column!r} counts rows and is no time; give channels.time: {{rate_hz: ...}}"]
     return TimeSpec(column, unit or "s"), [f"column {one!r} is not mapped" for one, _ in found if one != column]
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import datetime
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -67,20 +67,29 @@ def propose_layout(path: Path, variable: str | None = None) -> FileFormat:
     raise RecordingError(
         f"{path}: {NO_TABLE} {looked_at} lines; is it a recording? set "
         f"recordings.skip_rows where its data begin later; fewer than {FEWEST_ROWS} rows are no table"
-        + _about_dates(heads["."])
+        + _about_the_last(heads)
     )
 
 
-def _about_dates(rows: Sequence[_Row]) -> str:
-    """What to do where the last row holds a date alone, which a text file's reader does not take."""
-    cells = rows[-1].cells if len(rows) > FEWEST_ROWS else ()
+def _about_the_last(heads: Mapping[str, Sequence[_Row]]) -> str:
+    """What is no number in the last row: a date alone, which a text file's reader does not take, a text with digits, or
+    marks of which one parts thousands."""
+    rows = heads["."]
+    cells, line = (rows[-1].cells, rows[-1].number) if len(rows) > FEWEST_ROWS else ((), 0)
     date = next((cell[:_SHOWN] for cell in cells if _DATE.match(cell)), None)
-    if date is None:
-        return ""
-    return (
-        f"; {date!r} in line {rows[-1].number} is a date without a time of day in its column: write "
-        "recordings.channels by hand, with time: {rate_hz: ...}, or save seconds"
-    )
+    if date is not None:
+        return (
+            f"; {date!r} in line {line} is a date without a time of day in its column: write "
+            "recordings.channels by hand, with time: {rate_hz: ...}, or save seconds"
+        )
+    cells = next((known[-1].cells for known in heads.values() if known and len(known[-1].cells) > 1), cells)
+    marked = {mark: [c for c in cells if mark in c and is_number(c, mark)] for mark in DECIMALS}
+    if all(marked.values()):
+        one, other = (found[0][:_SHOWN] for found in marked.values())
+        return f"; {one!r} and {other!r} in line {line}: one mark parts thousands; save the file without it"
+    texts = [cell for cell in cells if not any(is_number(cell, mark) for mark in DECIMALS)]
+    odd = next((text[:_SHOWN] for text in texts if text.lstrip("+-")[:1].isdigit()), None)
+    return "" if odd is None else f"; {odd!r} in line {line} is no number: save such cells as plain numbers"
 
 
 def _text_rows(path: Path) -> Callable[[str], list[_Row]]:

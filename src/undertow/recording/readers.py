@@ -152,7 +152,7 @@ def _reader(path: Path) -> Reader:
                 f"{path} is a folder; check the path: give one of its files, or write a config for all of them with "
                 f"undertow init {path}"
             )
-        raise RecordingError(f"{path} is not there; check the path, which is relative to the config or the index")
+        raise RecordingError(f"{path} is not there; check the path (in a config or an index it begins at that file)")
     if why := never_read(path):
         raise RecordingError(f"{path}: {why}")
     if suffix not in READERS:

@@ -94,7 +94,7 @@ def sniff(lines: Sequence[str], decimal: str) -> str:
     (';', '\\\\s+')
     """
     for separator in _SEPARATORS:
-        if separator == decimal:
+        if separator == decimal and not all('","' in line for line in lines):
             continue
         fewest, most = _extremes([line.count(separator) for line in lines])
         if fewest > 0 and fewest == most:
@@ -137,7 +137,8 @@ def table_of(path: Path, content: bytes, layout: FileFormat, columns: Sequence[C
     frame = _parse(path, content, head, separator, layout, max(len(names), width))
     if columns is None and (able := [at for at in chosen if not _all_texts(frame[at])]):
         chosen = able
-    table = pd.DataFrame({names[at]: _numbers(path, names[at], frame[at], content, head) for at in chosen})
+    mark = layout.decimal
+    table = pd.DataFrame({names[at]: _numbers(path, names[at], frame[at], content, head, mark) for at in chosen})
     table.attrs[STAMPED] = tuple(names[at] for at in chosen if _holds_stamps(frame[at]))
     if layout.unit_row:
         units = _fields(path, head.above[-1], separator)
@@ -212,7 +213,9 @@ def _check_header(path: Path, head: Sequence[str], layout: FileFormat) -> None:
 
 
 def is_number(text: str, decimal: str) -> bool:
-    """Whether a cell is a number, or a stamp, which becomes one."""
+    """Whether a cell is a number with that decimal mark, or a stamp, which becomes one."""
+    if decimal != "." and "." in text:
+        return is_stamp(text)
     try:
         float(text.replace(decimal, "."))
     except ValueError:
@@ -236,8 +239,9 @@ def _parse(path: Path, content: bytes, head: _Head, separator: str, layout: File
         ) from error
 
 
-def _numbers(path: Path, name: Column, column: pd.Series, content: bytes, head: _Head) -> pd.Series:
-    """A column as float64; the first text in it is the error, but for stamps."""
+def _numbers(path: Path, name: Column, column: pd.Series, content: bytes, head: _Head, decimal: str) -> pd.Series:
+    """A column as float64; the first text in it is the error, but for stamps, and so is a point beside a decimal comma:
+    it may part thousands."""
     if column.dtype.kind in "fiu":
         return column.astype("float64")
     if _holds_stamps(column):
@@ -247,6 +251,8 @@ def _numbers(path: Path, name: Column, column: pd.Series, content: bytes, head: 
     except OverflowError:
         converted = column.map(_float)
     wrong = converted.isna() & column.notna()
+    if decimal != ".":
+        wrong |= column.astype(str).str.contains(".", regex=False)
     if column.dtype.kind == "b":
         wrong = column.notna()
     elif not wrong.any():
@@ -254,6 +260,8 @@ def _numbers(path: Path, name: Column, column: pd.Series, content: bytes, head: 
     at = int(wrong.to_numpy().argmax())
     text = str(column.iloc[at])
     advice = "set decimal: ','" if _DECIMAL_COMMA.match(text) else "repair the file, or skip the lines above its data"
+    if decimal != "." and "." in text:
+        advice = f"the decimal mark is {decimal!r}: if the point parts thousands, save the file without it"
     text = text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
     line = _line_of(path, content, head, at)
     raise RecordingError(f"{path}: column {name!r}, line {line}: {text!r} is not a number; {advice}")

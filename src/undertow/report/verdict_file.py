@@ -149,10 +149,13 @@ def _text(value: Mapping[str, Any]) -> str:
 
 
 def must_be_there(runs: Sequence[Path]) -> None:
-    """ConfigError where one of these run folders is not there."""
+    """ConfigError where one of these run folders is not there, or is no folder."""
     gone = next((run for run in runs if not run.exists()), None)
     if gone is not None:
-        raise ConfigError(f"run folder {gone} is not there; give the one that `undertow run` printed in its last line")
+        raise ConfigError(f"run folder {gone} is not there; give that of the report that `undertow run` ends with")
+    file = next((run for run in runs if not run.is_dir()), None)
+    if file is not None:
+        raise ConfigError(f"run folder {file} is a file; give the folder it stands in, {file.parent}")
 
 
 @contextmanager

@@ -207,6 +207,8 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> RunConfig:
     Raises ConfigError with one line a problem: the file's line, the key, what was written, what it should be.
     """
     source = read_source(Path(path), overrides)
+    if {"tables", "laboratory"} & source.data.keys() and "recordings" not in source.data:
+        raise ConfigError(f"{path} is a config of published tables, for undertow audit; a run's has recordings")
     config = validated(RunConfig, source)
     config._folder, config._source = Path(path).absolute().parent, source
     wrong = [f"{source.place(location)}: {text}" for location, text in contradictions(config)]

@@ -7,6 +7,7 @@ Belongs here: from run folder and file to a table with a band. Does not belong h
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,7 @@ import numpy as np
 from undertow.campaign.config import load
 from undertow.campaign.driven.trials import recording_alone, trial_of
 from undertow.conditioning.driven import UNITS_OF_MOTION, DrivenTrial
+from undertow.discrepancy.words import percent
 from undertow.errors import ConfigError
 from undertow.methods.driven_equations import DrivenPrediction, predict_driven, read_back
 from undertow.recording.catalogue import read_trial
@@ -49,10 +51,26 @@ class Predicted:
         inside = (measured >= self.prediction.lower) & (measured <= self.prediction.upper)
         return float(np.mean(inside[after]))
 
+    def __repr__(self) -> str:
+        return met(self.rms, self.covered, self.unit)
+
     def csv(self) -> str:
         """time_s, measured, predicted, lower, upper, used: one row a sample."""
         p, measured = self.prediction, self.trial.outputs[self.trial.main]
         return predicted_csv(self.trial.t, measured, p.values, p.lower, p.upper, np.arange(measured.size) < p.start)
+
+
+def met(rms: float, covered: float, unit: str, missed: float = math.nan) -> str:
+    """How well a recording is met, in words: its share in the band, rms over its own where known, last rms in its unit.
+
+    >>> print(met(0.00123, 0.915, "m", 0.05))
+    in the 90 % band: 91.5 % of the samples
+    rms over the motion's own rms: 5.0 %
+    rms 0.00123 m
+    """
+    lines = [f"in the 90 % band: {100 * covered:.1f} % of the samples"]
+    lines += [f"rms over the motion's own rms: {percent(missed)}"] if math.isfinite(missed) else []
+    return "\n".join([*lines, f"rms {rms:.6g} {unit}"])
 
 
 def predicted_csv(t: Array, measured: Array, predicted: Array, lower: Array, upper: Array, used: np.ndarray) -> str:

@@ -68,11 +68,12 @@ class DrivenFinished:
     found: DrivenFound | tuple[ResponseFound, ...]
     failed: tuple[FailedTrial, ...] = ()
     contradicted: tuple[str, ...] = ()
+    page: bool = True
 
     @property
     def told(self) -> Path:
-        """The file that tells most: the page."""
-        return self.folder / "report.html"
+        """The file that tells most: the page, or verdict.json where none was asked for."""
+        return self.folder / ("report.html" if self.page else "verdict.json")
 
     @property
     def summary(self) -> str:
@@ -105,8 +106,9 @@ def run_driven(
     text: str,
     overrides: Sequence[str] = (),
     progress: Progress = silent,
+    page: bool = True,
 ) -> DrivenFinished:
-    """Fit, search, prove, and write the files into ``folder`` (``text`` is the resolved config).
+    """Fit, search, prove, and write the files into ``folder`` (``text`` is the resolved config), with or without page.
 
     Raises UndertowError where no trial can be used.
     """
@@ -134,9 +136,12 @@ def run_driven(
     beside = Beside(told, by_sindy, floors, not_tried(training[0], found, suspects or ()))
     sentence = sentence_of(config.name, training, found) + beside.sentences
     sentence += strokes_sentence(found.best.strokes) if found.best.strokes else ""
-    _write(folder, config, text, training, unseen, found, sentence, beside)
+    equation = _write(folder, config, text, training, unseen, found, sentence, beside)
+    if page:
+        part = _page_part(training, unseen, found, sentence, beside, equation)
+        write_page(folder, page_html(config.name, [part]))
     write_manifest(folder, config, config_path, overrides, failed, begun)
-    return DrivenFinished(folder, sentence, found, failed)
+    return DrivenFinished(folder, sentence, found, failed, page=page)
 
 
 def not_tried(trial: DrivenTrial, found: DrivenFound, suspects: Sequence[str]) -> tuple[str, ...]:
@@ -192,8 +197,8 @@ def _write(
     found: DrivenFound,
     sentence: str,
     beside: Beside,
-) -> None:
-    """All files but the manifest."""
+) -> str:
+    """All files but the manifest and the page; the equation in words."""
     size = _size(training)
     missed = max(found.validation[0], *found.baseline.rms.values())
     versions = {"baseline": written(found.baseline, missed, size, training[0])}
@@ -209,6 +214,18 @@ def _write(
     across = {"verdict": group["verdict"], "sentence": sentence}
     write_answer(folder, text, config, [{**entry, "scatter": {}, "equation": equation}], [group], across)
     _tables(folder, training, found, beside)
+    return equation
+
+
+def _page_part(
+    training: Sequence[DrivenTrial],
+    unseen: Sequence[DrivenTrial],
+    found: DrivenFound,
+    sentence: str,
+    beside: Beside,
+    equation: str,
+) -> PagePart:
+    """What the page shows: sentence, free runs, equation and tables."""
     fit = found.best
     tried: list[tuple[str, ...]] = [("law", "ln evidence", "rms before", "rms after", "because")]
     tried += [
@@ -227,7 +244,7 @@ def _write(
     if shares := told_by(training, fit):
         tables["Standard errors by kind of record"] = shares
     figures = [run_picture(t.name, t, free_run(t, fit, START_SAMPLES)) for t in (*training, *unseen)]
-    write_page(folder, page_html(config.name, [PagePart(sentence, figures, equation, tables)]))
+    return PagePart(sentence, figures, equation, tables)
 
 
 def told_by(trials: Sequence[DrivenTrial], fitted: DrivenFit) -> list[tuple[str, ...]]:

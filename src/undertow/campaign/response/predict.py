@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from undertow.campaign.config import load
-from undertow.campaign.driven.predict import equations_of
+from undertow.campaign.driven.predict import equations_of, met
 from undertow.campaign.driven.trials import recording_alone
 from undertow.campaign.response.curves import seen
 from undertow.campaign.response.sets import Sweeps, one_set
@@ -51,6 +51,9 @@ class PredictedSet:
     def covered(self) -> float:
         """Share of the measured amplitudes in the 90 % band."""
         return float(np.mean(np.abs(self.amplitude - self.table.amplitude) <= BAND_90 * self.stderr))
+
+    def __repr__(self) -> str:
+        return met(self.rms, self.covered, self.unit)
 
     def csv(self) -> str:
         """frequency_Hz, measured, predicted, lower, upper, used (amplitudes; used is 0: nothing measured was used),

@@ -44,8 +44,9 @@ def run_response(
     text: str,
     overrides: Sequence[str] = (),
     progress: Progress = silent,
+    page: bool = True,
 ) -> DrivenFinished:
-    """Fit, search, prove, and write the files into ``folder`` (``text`` is the resolved config).
+    """Fit, search, prove, and write the files into ``folder`` (``text`` is the resolved config), with or without page.
 
     Raises UndertowError where no trial can be used.
     """
@@ -67,9 +68,11 @@ def run_response(
     pairs = list(zip(groups, found, strict=True))
     titles = [f"{config.name}, {group_title(group.key)}" if group.key else config.name for group in groups]
     sentences = [sentence_of(title, *pair) for title, pair in zip(titles, pairs, strict=True)]
-    _write(folder, config, text, pairs, sentences)
+    entries = _write(folder, config, text, pairs, sentences)
+    if page:
+        write_page(folder, page_html(config.name, _page_parts(config, pairs, entries, sentences)))
     write_manifest(folder, config, config_path, overrides, failed, begun)
-    return DrivenFinished(folder, "\n".join(sentences), tuple(found), failed)
+    return DrivenFinished(folder, "\n".join(sentences), tuple(found), failed, page=page)
 
 
 def known(config: RunConfig, conditions: Mapping[str, Condition]) -> tuple[tuple[Term, ...], dict[str, float]]:
@@ -114,13 +117,23 @@ def _write(
     text: str,
     pairs: Sequence[tuple[Sweeps, ResponseFound]],
     sentences: Sequence[str],
-) -> None:
-    """All files but the manifest."""
+) -> list[dict[str, Any]]:
+    """All files but the manifest and the page; the groups of equations.json."""
     entries = [_equations(config, group, one) for group, one in pairs]
     verdicts = [_verdict(group, one, said) for (group, one), said in zip(pairs, sentences, strict=True)]
     named = list(dict.fromkeys(name for entry in verdicts for name in entry["verdict"]))
     write_answer(folder, text, config, entries, verdicts, {"verdict": named, "sentence": " ".join(sentences)})
     _tables(folder, pairs)
+    return entries
+
+
+def _page_parts(
+    config: RunConfig,
+    pairs: Sequence[tuple[Sweeps, ResponseFound]],
+    entries: Sequence[Mapping[str, Any]],
+    sentences: Sequence[str],
+) -> list[PagePart]:
+    """What the page shows of each group: sentence, measured points and curves, equation, what was tried."""
     parts = []
     for (group, one), entry, said in zip(pairs, entries, sentences, strict=True):
         drawn = drawn_sets(config, group, one, DRAWN_AT_MOST)
@@ -132,7 +145,7 @@ def _write(
         ]  # fmt: skip
         tables = {"What was tried, on points nobody fitted": tried} if one.tried else {}
         parts.append(PagePart(said, [set_picture(each) for each in drawn], entry["equation"], tables))
-    write_page(folder, page_html(config.name, parts))
+    return parts
 
 
 def _equations(config: RunConfig, group: Sweeps, found: ResponseFound) -> dict[str, Any]:

@@ -109,7 +109,7 @@ def run_to_folder(
     """Run a campaign and write its folder (default ``runs/<name>``); finished groups are kept as they come.
 
     Without ``page`` tables, verdicts and equations are all that is written, in about half of the time; the page of an
-    older run goes to `EARLIER`, for it would show other numbers. A campaign of driven bodies always has its page.
+    older run goes to `EARLIER`, for it would show other numbers.
 
     An older run's files stay until the new ones are ready, and are moved into `EARLIER` where the new run fails.
     ``config.yaml`` is there from the start, unless an older one is, so that an interrupted run can go on from its
@@ -128,7 +128,7 @@ def run_to_folder(
             if jobs > 1:
                 said = "--jobs %d: a campaign of driven bodies runs in one process"
                 logging.getLogger("undertow").warning(said, jobs)
-            return _of_driven(config, config_path, folder, text, overrides, resume, progress)
+            return _of_driven(config, config_path, folder, text, overrides, resume, progress, page)
         stages = (folder / STAGES).absolute()  # workers of a cluster have other working directories
         course, gathered = Course(config, jobs, progress, stages, resume), Gathered(config)
         folder.mkdir(parents=True, exist_ok=True)  # a config that does not match its trials leaves no folder
@@ -172,7 +172,7 @@ def _kept_said(stages: Path) -> Iterator[None]:
 
 def _of_driven(
     config: RunConfig, config_path: Path, folder: Path, text: str, overrides: Sequence[str], resume: bool,
-    progress: Progress,
+    progress: Progress, page: bool,
 ) -> DrivenFinished:  # fmt: skip
     """A campaign of driven bodies into the folder, which is claimed and takes the new files as one of decays does."""
     planned(config)  # a config that does not match its trials leaves no folder
@@ -184,7 +184,9 @@ def _of_driven(
         with claimed(folder), _new_results(folder) as new:
             _prepare(folder, config_path, text)
             with _whole_or_aside(folder):
-                done = work(config, config_path, new, text, overrides, progress)
+                done = work(config, config_path, new, text, overrides, progress, page)
+            if not page:
+                _set_aside(folder, (PAGE, FIGURES))
     except UndertowError:
         if fresh:
             _leave_none(folder)

@@ -112,12 +112,12 @@ class Draft:
     def _trials(self) -> list[str]:
         lines = [
             "# trials with the same of these conditions are fitted together",
-            f"group_by: [{', '.join(self.named.group_by)}]",
+            f"group_by: [{', '.join(map(proposing.plain, self.named.group_by))}]",
         ]
         if self.named.dry is not None:
             name, value = self.named.dry
             said = f"{value:.12g}" if isinstance(value, float) else proposing.plain(value)
-            lines.append(f"dry: {{{name}: {said}}}")
+            lines.append(f"dry: {{{proposing.plain(name)}: {said}}}")
         else:
             lines += ["# conditions of the trials without water: {water_depth_m: 0}", "dry: none"]
         if self.starts:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from undertow.campaign.proposing import plain
-from undertow.campaign.starting.names import DRY, SPRING, WATER, WET, Named, begins
+from undertow.campaign.starting.names import DRY, MOST_LEVELS, SPRING, WATER, WET, Named, begins
 from undertow.errors import ConfigError
 from undertow.recording.conditions import number
 from undertow.recording.index import Index, read_index
@@ -97,14 +97,16 @@ def _lacking(index: str, named: Named, rows: Mapping[str, Mapping[str, str]]) ->
 def _meaning(index: Index, column: str, rows: Sequence[Mapping[str, str]]) -> Named:
     """What the other columns say: which of them groups share, and which trials are dry; a column with more empty cells
     than others says nothing."""
-    conditions = [name for name in index.columns if name and name != column and re.fullmatch(r"\w+", name)]
+    conditions = [name for name in index.columns if name and name != column]
     values = {
         name: [index.value(name, row[name]) for row in rows if row.get(name, "").strip()] for name in conditions
     }
     several = {name: known for name, known in values.items() if len(set(known)) > 1 and 2 * len(known) > len(rows)}
     shared = tuple(name for name, known in several.items() if _is_water(name, known) or _is_rig(name, known))
     dry = next((found for name in shared if (found := _dry(name, several[name])) is not None), None)
-    return Named(group_by=shared, dry=dry, wet=dry is not None)
+    few = [n for n, known in several.items() if n not in shared and len(set(known)) <= MOST_LEVELS * len(known)]
+    beside = f"{', '.join(few)} differ{'s' * (len(few) == 1)} among trials; no group goes by it" if few else ""
+    return Named(group_by=shared, dry=dry, wet=dry is not None, beside=beside)
 
 
 def _is_water(name: str, values: Sequence[Condition]) -> bool:

@@ -57,14 +57,15 @@ _NUMBER = r"[0-9]+(?:[.,][0-9]+)?"
 @dataclass(frozen=True)
 class Named:
     """``pattern`` (a regular expression with named groups; empty where names have no common form), conditions that a
-    group shares, the condition and value of dry trials (None: none seen), what each named group was taken for, and
-    whether there are trials in water beside dry ones (``wet``)."""
+    group shares, the condition and value of dry trials (None: none seen), what each named group was taken for, whether
+    there are trials in water beside dry ones (``wet``), and in words what differs and no group goes by (``beside``)."""
 
     pattern: str = ""
     group_by: tuple[str, ...] = ()
     dry: tuple[str, Condition] | None = None
     meanings: dict[str, str] = field(default_factory=dict)
     wet: bool = False
+    beside: str = ""
 
 
 def read_names(files: Sequence[str]) -> Named:

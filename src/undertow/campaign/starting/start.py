@@ -87,7 +87,8 @@ def start(folder: Path, out: Path | None = None, progress: Progress = lambda sta
     if found.sets:
         return _written_sets(found, folder, path)
     named = read_names(found.files) if found.index is None else found.index.named
-    draft = _planned(Draft(folder.resolve().name or "campaign", found, named), folder)
+    notes = (f"{found.index.name}: {named.beside} (trials.group_by)",) if found.index and named.beside else ()
+    draft = _planned(Draft(folder.resolve().name or "campaign", found, named, notes=notes), folder)
     tried = _tried(draft, folder, progress)
     if not tried.trials:
         draft = replace(draft, parts=tried.parts)

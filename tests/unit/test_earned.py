@@ -352,7 +352,7 @@ def test_green_without_its_reasons_is_cannot_tell(facts, search, because):
 def test_where_nothing_was_looked_for_nothing_is_said_to_be_unknown():
     said = judged(UNKNOWN, case(), diagnosis(looked=0), True)
     assert (said.status, said.verdict) == ("cannot_tell", ())
-    assert said.because == "discrepancy.suspects names none: nothing was looked for"
+    assert said.because == "discrepancy.suspects names none that these trials could tell: nothing was looked for"
     far = case(baseline=Described(0.11))  # more than twice what repetitions differ by: something is there all the same
     assert judged(UNKNOWN, far, diagnosis(looked=0), True).status == "unknown"
     assert judged(UNKNOWN, case(), diagnosis(), True).status == "unknown"

@@ -79,6 +79,9 @@ class Motion:
         """The trial's name, as its recording has it."""
         return self.recording.name
 
+    def __repr__(self) -> str:
+        return f"Motion({self.name!r}: {self.t.size} samples, released from {self.amplitude:.4g})"
+
     def windowed(self, channel: str) -> Array:
         """One of t, x, v, a, x_std, v_std, a_std inside the motion window, (n_inside,)."""
         values: Array = getattr(self, channel)[self.inside]

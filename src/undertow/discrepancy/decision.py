@@ -90,7 +90,8 @@ def gates(
         Gate("search_ended", "suspects not tried to the end", float(len(diagnosis.unfinished)), 0.0,
              not diagnosis.unfinished, f"not tried to the end within discrepancy.budget: {left}", "search", unsearched)
         if diagnosis.looked else _flag("search_ended", "searches that were not begun",
-                                       "discrepancy.suspects names none: nothing was looked for",
+                                       "discrepancy.suspects names none that these trials could tell: nothing was "
+                                       "looked for",
                                        GREEN if surely else unsearched, "search"),
         *_beside_its_null(verdict, case, diagnosis, tested),
         *none,

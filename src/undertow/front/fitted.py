@@ -150,8 +150,8 @@ class Fitted(FoundNumbers):
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What a reader must know first: unused trials, a search that failed, a bound, a residual beyond noise."""
-        said = [f"not used: {one.reason}" for one in self.trials.failed]
+        """What a reader must know first: of the trials, a search that failed, a bound, a residual beyond noise."""
+        said = [*(f"not used: {one.reason}" for one in self.trials.failed), *self.trials.doubts]
         said += [] if self.group.outcome == OK else [self.group.outcome]
         solution = self.group.solution
         left = solution.chi2 / max(solution.n_data, 1)

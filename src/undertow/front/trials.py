@@ -17,9 +17,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from undertow.campaign.config import RunConfig
+from undertow.campaign.run.checking import LEFT_OUT, doubted
 from undertow.conditioning.agreement import Disagreement
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
+from undertow.conditioning.scale import out_of_scale
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import condition_words, count, group_title
 from undertow.errors import RecordingError
@@ -152,6 +154,20 @@ class Trials(Sequence[Motion]):
             )  # fmt: skip
         return pd.DataFrame(rows, index=pd.Index(self.names, name="trial"))
 
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What may be wrong with the trials and stops nothing: channels that do not belong together or are left out, a
+        motion out of scale; what is accepted is none."""
+        known = {name for name, kinds in self.accepted.items() if "unit" in kinds}
+        return (*doubted(self.found, self.motions), *out_of_scale([m for m in self.motions if m.name not in known]))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What reading and conditioning did to the trials beside that, a trial a line."""
+        said = {doubt.sentence for doubts in self.found.values() for doubt in doubts}
+        found = ((m.name, note) for m in self.motions for note in (*m.recording.notes, *m.notes))
+        return tuple(f"{name}: {note}" for name, note in found if note not in said and LEFT_OUT not in note)
+
     def plot(self, axes: Axes | None = None) -> Axes:
         """Every trial against the time after its release; returns the Axes."""
         axes = new_axes() if axes is None else axes
@@ -163,10 +179,14 @@ class Trials(Sequence[Motion]):
         lines = [count(len(self), "trial")]
         lines += [f"  {_line(motion)}" for motion in self.motions]
         lines += [f"  not used: {one.reason}" for one in self.failed]
-        return "\n".join(lines)
+        lines += [f"  ! {doubt}" for doubt in self.doubts]
+        lines += [f"  - {note}" for note in self.notes[:NAMES_SHOWN]]
+        more = len(self.notes) - NAMES_SHOWN
+        return "\n".join([*lines, *([f"  - and {count(more, 'more note')} (notes)"] if more > 0 else [])])
 
     def _repr_html_(self) -> str:
-        said = "".join(f"<p>not used: {html.escape(one.reason)}</p>" for one in self.failed)
+        lines = (*(f"not used: {one.reason}" for one in self.failed), *self.doubts, *self.notes[:NAMES_SHOWN])
+        said = "".join(f"<p>{html.escape(one)}</p>" for one in lines)
         table: Any = self.table.to_html(border=0, float_format=lambda value: f"{value:.4g}") if self.motions else ""
         return f"<div><p>{count(len(self), 'trial')}</p>{table}{said}</div>"
 

@@ -27,7 +27,7 @@ SPELLINGS: Mapping[str, str] = MappingProxyType(
         "mNm": "millinewton*meter", "Nmm": "newton*millimeter", "mps": "meter/second", "mmps": "millimeter/second",
         "mps2": "meter/second**2", "mmps2": "millimeter/second**2", "dps": "degree/second", "rps": "radian/second",
         "radps": "radian/second", "radps2": "radian/second**2", "seconds": "second", "secs": "second",
-        "micron": "micrometer", "tf": "metric_ton*standard_gravity",
+        "micron": "micrometer", "tf": "metric_ton*standard_gravity", "mil": "thou", "mils": "thou",
     }
 )  # fmt: skip
 """Whole spellings that pint does not read, or reads as something else."""

@@ -38,6 +38,9 @@ from undertow.recording.recording import Condition, Recording
 CONTRADICTED_SHARE = 0.5
 """Share of a group's trials whose contradictions are the group's: more than single trials, the same mistake in most."""
 
+LEFT_OUT = "left out in this trial"
+"""Words of a recording's note that one of its channels could not be used."""
+
 GROUPS_NAMED = 5
 """Groups of which a message that stops the run gives one trial's sentence."""
 
@@ -299,16 +302,29 @@ def _stops(examples: Mapping[GroupKey, Checked]) -> str:
 
 
 def _doubts(groups: Mapping[GroupKey, Sequence[Checked]]) -> tuple[str, ...]:
-    """Doubts that do not stop anything, once a group and kind, with how many trials share them."""
+    """Doubts that do not stop anything, group by group."""
+    return tuple(
+        f"{group_title(dict(key))}, {said}" for key, members in groups.items()
+        for said in doubted({one.name: one.found for one in members}, [one.motion for one in members if one.motion])
+    )  # fmt: skip
+
+
+def doubted(found: Mapping[str, Sequence[Disagreement]], motions: Sequence[Motion]) -> tuple[str, ...]:
+    """Doubts that do not stop anything, and channels that are left out, once a kind, with how many trials share them.
+
+    ``found`` is trial -> what does not belong together in it; of ``motions`` the recordings' notes are looked at.
+    """
+    by_kind: dict[tuple[str, tuple[str, ...]], list[tuple[str, str]]] = {}
+    for name, many in found.items():
+        for doubt in many:
+            if not doubt.certain:
+                by_kind.setdefault((doubt.kind, doubt.channels), []).append((name, doubt.sentence))
+    for motion in motions:
+        for note in motion.recording.notes:
+            if LEFT_OUT in note:
+                by_kind.setdefault((LEFT_OUT, (note.split()[0],)), []).append((motion.name, note))
     said = []
-    for key, members in groups.items():
-        by_kind: dict[tuple[str, tuple[str, ...]], list[tuple[str, str]]] = {}
-        for one in members:
-            for doubt in one.found:
-                if not doubt.certain:
-                    by_kind.setdefault((doubt.kind, doubt.channels), []).append((one.name, doubt.sentence))
-        for shared in by_kind.values():
-            name, sentence = shared[0]
-            others = f" and {count(len(shared) - 1, 'more trial')}" if len(shared) > 1 else ""
-            said.append(f"{group_title(dict(key))}, {name}{others}: {sentence}")
+    for (name, sentence), *others in by_kind.values():
+        more = f" and {count(len(others), 'more trial')}" if others else ""
+        said.append(f"{name}{more}: {sentence}")
     return tuple(said)

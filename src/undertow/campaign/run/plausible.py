@@ -13,14 +13,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-import numpy as np
-
 from undertow.campaign.run.judgement import contradicted_verdict
 from undertow.campaign.run.one_body import not_one_body
 from undertow.campaign.run.strange_trial import BETWEEN_TRIALS, in_one_trial, strange_trial
 from undertow.campaign.run.tasks import slope_of_cells
 from undertow.campaign.run.trial_scale import scaled_trial
 from undertow.comparison.suspects import SUSPECTS
+from undertow.conditioning.scale import out_of_scale
 from undertow.discrepancy.drifts import no_scatter, nothing_said
 from undertow.discrepancy.earned import NEXT
 from undertow.discrepancy.findings import GroupFindings
@@ -49,9 +48,6 @@ NOTED = 0.03
 
 STRANGE = frozenset({"conditions", "clock", "gaps", "spikes", "period"})
 """Kinds of doubt that, accepted for a trial, say that it may be unlike the others."""
-
-GRAVITY, HURLED_M_PER_S2 = 9.81, 981.0
-"""Gravity, and an acceleration of a hundred times that: no body on springs that was let go has it."""
 
 MOST_DAMPING_RATIO = 0.5
 """A body with more damping does not swing twice."""
@@ -173,9 +169,9 @@ def implausible(
     found += [_stiffness(group, numbers), _cells(group, numbers, STIFFNESS_OFF), _floats(group), _unloaded(group)]
     found.append(not_one_body(group) or strange_trial(group, _strange(accepted)))
     doubts = [("conditions", text) for text in found if text]
-    others = (("damping", _damped(numbers)), ("unit", _turned(group)), ("unit", _hurled(group)))
-    doubts += [(kind, text) for kind, text in others if text]
-    return tuple(doubts)
+    if damped := _damped(numbers):
+        doubts.append(("damping", damped))
+    return (*doubts, *(("unit", text) for text in out_of_scale([t.motion for t in group.trials])))
 
 
 def _outside(allowed: Plausible, found: Estimate) -> str:
@@ -362,29 +358,3 @@ def _other_level(group: GroupFindings, groups: Sequence[GroupFindings]) -> str:
                 "exchanged in the index, or volumes in specimen.submerged_volume_m3"
             )
     return ""
-
-
-def _turned(group: GroupFindings) -> str:
-    """That a body was turned by more than half a turn, as an angle in degrees that is taken for radians was."""
-    turned = [t.motion for t in group.trials if t.motion.recording.coordinate == "rotation"]
-    most = max(turned, key=lambda one: one.amplitude, default=None)
-    if most is None or not most.amplitude > math.pi:
-        return ""
-    return (
-        f"trial {most.name} is released from {most.amplitude:.3g} rad, more than half a turn (pi): is it in degrees? "
-        "correct recordings.channels.displacement.unit, or list unit in recordings.accept"
-    )
-
-
-def _hurled(group: GroupFindings) -> str:
-    """That a body moves with an acceleration that no rig bears, as millimetres taken for metres do."""
-    moved = [t.motion for t in group.trials if t.motion.recording.coordinate == "translation"]
-    sizes = [(float(np.max(np.abs(motion.windowed("a")))), motion) for motion in moved]
-    size, fastest = max(sizes, key=lambda one: one[0], default=(0.0, None))
-    if fastest is None or not size > HURLED_M_PER_S2:
-        return ""
-    return (
-        f"trial {fastest.name} is released from {fastest.amplitude:.3g} m and moves with {size / GRAVITY:.3g} g, more "
-        f"than {HURLED_M_PER_S2 / GRAVITY:.0f}: is it in mm? correct recordings.channels.displacement.unit or the unit "
-        "of time, or list unit in recordings.accept"
-    )

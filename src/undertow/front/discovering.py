@@ -148,7 +148,7 @@ class Discover(FoundEquation, Estimator):
                 f"the second argument is y, which stands there for scikit-learn and is not read: give times or a step "
                 f"by name, as in t=0.01; without them {error}"
             ) from error
-        self.failed_ = self.trials_.failed
+        self.failed_, self._given = self.trials_.failed, (columns, units)
         super().fit(self.trials_)
         return self
 
@@ -156,13 +156,14 @@ class Discover(FoundEquation, Estimator):
         """The verdict of `diagnose` on the equation found: one comparison stands behind both."""
         scatter = {SCATTERED[name]: share for name, share in (self.scatter or {}).items() if name in SCATTERED}
         try:
-            found = diagnose(
-                self.trials_, self.terms_, group_by=(), scatter=scatter or None, seed=self.random_state
-            )[0]
+            said = diagnose(self.trials_, self.terms_, group_by=(), scatter=scatter or None, seed=self.random_state)
         except UndertowError as error:
             sentence = f"what it leaves out could not be searched for: {error}"
             return Outside("cannot_tell", (), None, sentence)
-        return Outside(found.status, found.names, ADEQUATE.get(found.status, False), found.sentence)
+        found = said[0]
+        beside = [f"Doubt: {one}." for one in said.doubts if one.partition(": ")[2] not in found.sentence]
+        sentence = " ".join([found.sentence, *beside])
+        return Outside(found.status, found.names, ADEQUATE.get(found.status, False), sentence)
 
     @property
     def equation(self) -> Equation:
@@ -184,9 +185,17 @@ class Discover(FoundEquation, Estimator):
             raise IdentificationError(f"u is given, but this {type(self).__name__} was fitted without; leave u out")
         return Driven(self.driven_.best, self.driven_trials_)
 
-    def equations(self) -> list[str]:
-        """The equation over the mass in one line, each number with the digits that its error allows."""
-        return self._driven().equations() if hasattr(self, "driven_") else Estimator.equations(self)
+    def _as_fitted(self, trials: Any, columns: Columns | None, units: Units | None) -> tuple[Any, Any]:
+        """Columns and units as said, else those that ``fit`` was given, for trials that are not read yet."""
+        self._fitted()
+        return (columns, units) if columns or units or isinstance(trials, Trials) else self._given
+
+    def equations(self, precision: int | None = None) -> list[str]:
+        """The equation over the mass in one line, each number with the digits that its error allows, or ``precision``
+        decimals."""
+        if hasattr(self, "driven_"):
+            return self._driven().equations()
+        return Estimator.equations(self) if precision is None else super().equations(precision)
 
     def simulate(
         self, x0: ArrayLike, t: ArrayLike | None = None, u: ArrayLike | None = None, *, v0: float | None = None,
@@ -208,20 +217,18 @@ class Discover(FoundEquation, Estimator):
 
     def free_runs(self, trials: Any) -> tuple[FreeRun, ...]:
         """Each trial's free run with x0, clock and rest position fitted to it."""
-        self._fitted()
-        return Estimator.free_runs(self, every_trial(trials))
+        return Estimator.free_runs(self, every_trial(trials, *self._as_fitted(trials, None, None)))
 
     def predict(
         self, trials: Any, *, t: ArrayLike | Sequence[ArrayLike] | None = None, columns: Columns | None = None,
         units: Units | None = None, u: ArrayLike | None = None,
     ) -> list[Array]:  # fmt: skip
         """Displacement from rest (m) of each trial's free run at every sample of its motion window, (n_i,) each;
-        ``trials`` as ``fit`` takes them. With ``u`` the driven body's free run over one record x, begun from its first
-        50 samples."""
+        ``trials`` as ``fit`` takes them, with its columns and units where none are said. With ``u`` the driven body's
+        free run over one record x, begun from its first 50 samples."""
         if u is not None:
             return [self._driven().predict(trials, t=cast(ArrayLike, t), u=u, units=units).values]  # noqa: PD011
-        self._fitted()
-        return super().predict(every_trial(trials, columns, units, t=t))
+        return super().predict(every_trial(trials, *self._as_fitted(trials, columns, units), t=t))
 
     def prediction(self, trials: Any = None, **settings: Any) -> Prediction:
         """The equation run free with a 90 % band; see `undertow.predict`."""
@@ -235,7 +242,7 @@ class Discover(FoundEquation, Estimator):
         them, its own where none are given. With ``u`` that of one driven record."""
         if u is not None:
             return self._driven().score(trials, t=cast(ArrayLike, t), u=u, units=units)
-        self._fitted()
+        columns, units = self._as_fitted(trials, columns, units)
         return super().score(trials, t=t, columns=columns, units=units)
 
     def _own_score(self) -> float:
@@ -245,7 +252,9 @@ class Discover(FoundEquation, Estimator):
         """Everything found as text: trials that were not used and doubts first; free-run errors of ``trials`` where
         some are given."""
         report = super().fit_report(read(trials) if len(trials) else ())
-        return "\n".join([*(f"not used: {one.reason}" for one in self.failed_), report])
+        unused = [f"not used: {one.reason}" for one in self.failed_]
+        doubts = [] if self.outside_ is not None else [f"! {one}" for one in self.trials_.doubts]  # it says them too
+        return "\n".join([*unused, *doubts, report])
 
     def theta_draws(self, draws: int, rng: np.random.Generator) -> tuple[Array, Mapping[str, float], str]:
         """Parameter vectors (draws, slots) as the numbers' errors and correlations spread them."""

@@ -41,9 +41,9 @@ class FoundEquation(HandOver):
         def _own_score(self) -> float:
             """The score on the trials it was found from."""
 
-    def equations(self) -> list[str]:
-        """The equation in one line, each number with the digits that its error allows; those of hidden states after a
-        semicolon each.
+    def equations(self, precision: int | None = None) -> list[str]:
+        """The equation in one line, each number with the digits that its error allows, or ``precision`` decimals; those
+        of hidden states after a semicolon each.
 
         >>> import undertow
         >>> run = undertow.simulate({"stiffness": 400.0, "viscous_damping": 2.0}, x0=0.1, mass_kg=4.0, duration_s=6.0)
@@ -51,11 +51,22 @@ class FoundEquation(HandOver):
         >>> found.print()
         4 x'' + 400.05 x + 2.001 v = 0
         """
-        return [self.equation.text(self._errors())]
+        if precision is None:
+            return [self.equation.text(self._errors())]
+        step = 10.0 ** (1 - precision)  # an error is shown with two digits
+        return [self.equation.text({"mass": step, **{term.name: step for term in self.equation.terms}})]
 
-    def print(self) -> None:
+    def print(self, precision: int | None = None) -> None:
         """Print `equations`, one a line."""
-        print(*self.equations(), sep="\n")
+        print(*self.equations(precision), sep="\n")
+
+    def coefficients(self) -> NDArray[np.float64]:
+        """The coefficients of the equation's terms (1, n_terms), in the order of `get_feature_names`."""
+        return np.array([self.equation.coefficients])
+
+    def get_feature_names(self) -> list[str]:
+        """Names of the equation's terms."""
+        return [term.name for term in self.equation.terms]
 
     def simulate(
         self, x0: ArrayLike, t: ArrayLike | None = None, *, v0: float | None = None, duration_s: float | None = None,

@@ -27,6 +27,7 @@ from undertow.equation.simulate import rising
 from undertow.equation.simulate import simulate as integrate
 from undertow.equation.term import PlacedTerm
 from undertow.errors import IdentificationError, UndertowError
+from undertow.front.columns import Columns, Units
 from undertow.front.reading import read
 from undertow.front.simulation import equation_of, one_group
 from undertow.likelihood.free_run import scored_channel
@@ -139,6 +140,9 @@ def predict(
     found: Any,
     trials: Any = None,
     *,
+    t: ArrayLike | Sequence[ArrayLike] | None = None,
+    columns: Columns | None = None,
+    units: Units | None = None,
     x0: float | None = None,
     v0: float = 0.0,
     times: ArrayLike | None = None,
@@ -151,11 +155,12 @@ def predict(
     """The equation of a fit, or of a diagnosis' or an opened run's group, run free on trials or from ``x0``; where
     there is one group, the diagnosis or the run stands for it.
 
-    On a trial it starts from the mean of its hold (where none was seen, from the motion's first instant) about the
-    sensor's zero plus ``rest_m``; nothing that came after is used. With ``adjust`` x0, clock and rest position are
-    fitted to the trial, as scores are. Without trials it starts from ``x0`` with the velocity ``v0`` (SI) and runs over
-    ``times``. The band holds ``level`` of what the numbers' errors, the scatter of k, c and mu from trial to trial and
-    the sensor's noise leave, by ``draws`` equations drawn with ``seed``; free decays only.
+    Trials are given as `read` takes them, with ``t``, ``columns`` and ``units``. On one it starts from the mean of its
+    hold (where none was seen, from the motion's first instant) about the sensor's zero plus ``rest_m``; nothing that
+    came after is used. With ``adjust`` x0, clock and rest position are fitted to the trial, as scores are. Without
+    trials it starts from ``x0`` with the velocity ``v0`` (SI) and runs over ``times``. The band holds ``level`` of what
+    the numbers' errors, the scatter of k, c and mu from trial to trial and the sensor's noise leave, by ``draws``
+    equations drawn with ``seed``; free decays only.
 
     Raises UndertowError where neither trials nor x0 and times are given, times do not increase or draws are too few,
     IdentificationError where the motion has no bounds.
@@ -182,7 +187,8 @@ def predict(
         return Prediction(equation, (run,), level, notes)
     if x0 is not None:
         raise UndertowError(f"x0 is {x0:g} beside trials, which have their own; give one of the two")
-    runs = tuple(_on_trial(found, equation, drawn, motion, rest_m, adjust, level) for motion in read(trials))
+    motions = read(trials, columns, units, t=t)
+    runs = tuple(_on_trial(found, equation, drawn, motion, rest_m, adjust, level) for motion in motions)
     return Prediction(equation, runs, level, notes)
 
 

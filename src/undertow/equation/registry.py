@@ -110,7 +110,7 @@ def find(name: str, **inner: float) -> Term:
     if law is not None:
         return law(**inner)
     word = name.lower()
-    near = [one for one in names() if word and word in one] or difflib.get_close_matches(word, names(), n=1)
+    near = [one for one in names() if len(word) > 2 and word in one] or difflib.get_close_matches(word, names(), n=1)
     hint = f"did you mean {' or '.join(map(repr, near))}?" if near else "`undertow terms` lists all"
     raise ConfigError(f"equation term {name!r} is not in the registry; {hint}")
 

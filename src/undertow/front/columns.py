@@ -65,7 +65,7 @@ def mapped(
         chosen, time = _guessed(table, said, rate_hz)
     else:
         chosen, time = _named(table, columns, rate_hz)
-    if time is not None and rate_hz is None and (several := stacked(table, time)):
+    if time is not None and rate_hz is None and (several := stacked(table, time, in_python=True)):
         raise RecordingError(f"the table {several}")
     wanted = {quantity: _unit(quantity, names, said, units or {}) for quantity, names in chosen.items()}
     turned = coordinate or _coordinate(wanted)
@@ -120,6 +120,11 @@ def _said(table: pd.DataFrame, units: Units) -> dict[Column, str]:
         if unit:
             found[column] = unit
     unknown = [name for name in units if name not in {*map(str, table.columns), *CHANNELS, "time"}]
+    if unknown and all(isinstance(name, int) for name in table.columns):
+        raise RecordingError(
+            f"units names {unknown[0]!r}, but the columns of X are not named: x is one column, x and v or x and a two; "
+            f"X has {len(table.columns)}. Give several trials as a list of arrays, one a trial"
+        )
     if unknown:
         raise RecordingError(
             f"units names {unknown[0]!r}, which is neither a column ({_shown(table)}) nor a quantity "

@@ -29,7 +29,7 @@ from undertow.errors import IdentificationError, RecordingError, shown
 from undertow.front.columns import Columns, Mapped, Units, mapped, numbers_of
 from undertow.front.in_memory import by_name, frame_of, is_timed, table_of, timed
 from undertow.front.known import checked, place_of
-from undertow.front.trials import Trials
+from undertow.front.trials import Trials, first_reasons
 from undertow.recording.catalogue import Entry, TimeWindow
 from undertow.recording.doubt_kinds import DOUBT_KINDS, DoubtKind
 from undertow.recording.gather import by_release
@@ -152,7 +152,7 @@ def read(
     motions = tuple(one.motion for one in checked if one.motion is not None and not one.contradiction)
     failed = tuple(_why_not(one) for one in checked if one.motion is None or one.contradiction)
     if not motions:
-        raise RecordingError("; ".join(dict.fromkeys(one.reason for one in failed)) or "source holds 0 trials")
+        raise RecordingError(first_reasons(failed) or "source holds 0 trials")
     turned = {m.recording.coordinate for m in motions}
     if len(turned) > 1:
         raise RecordingError(f"{count(len(motions), 'trial')} are in translation and in rotation; read them apart")
@@ -201,8 +201,7 @@ def load(config: str | Path | RunConfig, overrides: Sequence[str] = (), jobs: in
     known = config if isinstance(config, RunConfig) else load_config(place_of(config, "config"), overrides)
     found = read_and_condition(known, jobs)
     if not found.motions:
-        reasons = dict.fromkeys(one.reason for one in found.failed)
-        raise RecordingError(f"none of {count(len(found.failed), 'trial')} can be used: {'; '.join(reasons)}")
+        raise RecordingError(f"none of {count(len(found.failed), 'trial')} can be used: {first_reasons(found.failed)}")
     return Trials(found.motions, known, found.failed, found.accepted, found.found)
 
 

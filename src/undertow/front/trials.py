@@ -34,6 +34,9 @@ _Several: TypeAlias = list[Any] | tuple[Any, ...] | NDArray[Any]
 NAMES_SHOWN = 8
 """Names in a message at most."""
 
+REASONS_SHOWN = 2
+"""Reasons why trials cannot be used, in a message at most: most trials have the same."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trials(Sequence[Motion]):
@@ -189,6 +192,13 @@ class Trials(Sequence[Motion]):
         said = "".join(f"<p>{html.escape(one)}</p>" for one in lines)
         table: Any = self.table.to_html(border=0, float_format=lambda value: f"{value:.4g}") if self.motions else ""
         return f"<div><p>{count(len(self), 'trial')}</p>{table}{said}</div>"
+
+
+def first_reasons(failed: Sequence[FailedTrial]) -> str:
+    """Why trials cannot be used, the first reasons."""
+    reasons = list(dict.fromkeys(one.reason for one in failed))
+    more = len(reasons) - REASONS_SHOWN
+    return "; ".join([*reasons[:REASONS_SHOWN], *([f"and {count(more, 'more trial')}"] if more > 0 else [])])
 
 
 def _places(which: _Several, many: int) -> list[Any]:

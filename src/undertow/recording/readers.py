@@ -62,12 +62,12 @@ TABLES: Mapping[str, Callable[[Path, Limits], tuple[str, ...]]] = MappingProxyTy
 PLAIN = FileFormat()
 """Separator found, a header line, decimal points."""
 
+_PACKED = (".zip", ".7z", ".rar", ".tar", ".tgz")
 _PICKLED = (".pkl", ".pickle", ".npy", ".npz", ".joblib")
 _ADVICE = {
     ".xls": "save it as .xlsx",
     ".ods": "save it as .xlsx or CSV",
     ".gz": "only text is read packed: unpack it",
-    ".zip": "unpack it",
     ".wav": "export it as CSV or MAT with its unit",
 }
 
@@ -141,6 +141,8 @@ def never_read(path: Path) -> str:
     ('.npz can carry code and is never read; save it as CSV, MAT or HDF5', '')
     """
     suffix = suffix_of(path)
+    if suffix in _PACKED:
+        return "is an archive, and no archive is opened; unpack it"
     return f"{suffix} can carry code and is never read; save it as CSV, MAT or HDF5" if suffix in _PICKLED else ""
 
 

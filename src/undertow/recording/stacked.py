@@ -27,9 +27,9 @@ def begins_again(time: Array) -> int:
     return int(back.size) + 1
 
 
-def stacked(table: pd.DataFrame, clock: Column) -> str:
+def stacked(table: pd.DataFrame, clock: Column, in_python: bool = False) -> str:
     """That a table holds several trials one below another, by which column, and how to split it; empty where it does
-    not. ``clock`` is its column of times, numbers."""
+    not. ``clock`` is its column of times, numbers; a table ``in_python`` needs no files."""
     time = pd.to_numeric(table[clock], errors="coerce").to_numpy(dtype=np.float64)
     number = begins_again(time)
     if number == 1:
@@ -38,6 +38,9 @@ def stacked(table: pd.DataFrame, clock: Column) -> str:
     beside = [name for name in table.columns if name != clock and _counts(table[name], trial)]
     by = f"by column {beside[0]!r}" if beside else "no column of numbers counts them"
     split = repr(beside[0]) if beside else f"(table[{clock!r}].diff() < 0).cumsum()"
+    if in_python:
+        rows = f"{{str(n): one for n, one in table.groupby({split})}}"
+        return f"holds {number} trials one below another ({by}): give each by its name, as in undertow.read({rows})"
     return (
         f"holds {number} trials one below another ({by}): split it into files, as with pandas: "
         f'for n, one in table.groupby({split}): one.to_csv(f"trial_{{n}}.csv", index=False)'

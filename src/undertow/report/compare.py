@@ -19,7 +19,7 @@ from jinja2 import Environment
 
 from undertow.discrepancy.words import count, group_title, percent
 from undertow.equation.registry import row
-from undertow.errors import ConfigError
+from undertow.errors import ConfigError, UndertowError
 from undertow.quantities import Estimate, or_nan
 from undertow.report.verdict_file import read_verdicts
 from undertow.report.wording import STATUS_WORDS, estimate_text, parameter_words
@@ -194,7 +194,10 @@ def _one_run(folder: Path) -> Iterator[tuple[str, dict[str, Cell]]]:
 def _masses(folder: Path) -> dict[str, dict[str, Estimate]]:
     """Total mass of every group's equations by their version, as equations.json has them; none in an older run."""
     path = folder / "equations.json"
-    groups = json.loads(path.read_text(encoding="utf-8"))["groups"] if path.exists() else []
+    try:
+        groups = json.loads(path.read_text(encoding="utf-8"))["groups"] if path.exists() else []
+    except (ValueError, KeyError, TypeError) as reason:
+        raise UndertowError(f"{path} is not as a run writes it ({type(reason).__name__}); run it again") from reason
     return {
         group_title(group["group"]): {name: _total_mass(one) for name, one in group.get("versions", {}).items() if one}
         for group in groups

@@ -22,6 +22,10 @@ TIED = 0.2
 """A force named beside another effect has phases of its own: were they drawn at random, they would agree from trial to
 trial as much as they do in at least this share of draws. Fewer, and it is what the other effect leaves."""
 
+TIED_SURELY = 0.02
+"""The same share where a force beside another effect leaves no more than noise: a memory leaves hardly a tone so pure,
+but of water that radiates waves (a kernel that rings and fades) one was named whose phases agreed in 1 of 100 draws."""
+
 DRAWS = 2000
 """Random phases drawn for that share."""
 
@@ -62,15 +66,15 @@ def _clock(fit: JointFit, force: Addend) -> float:
     return fit.value(f"{force.prefix}.frequency_rad_per_s")
 
 
-def parts_of(fit: JointFit, force: Addend, trial: str) -> tuple[list[int], Array]:
-    """An outside force's cosine and sine in the middle of one trial, as a sum of unknowns: their places (n,), and what
-    each counts (2, n)."""
+def parts_of(fit: JointFit, force: Addend, trial: str, share: float = 0.5) -> tuple[list[int], Array]:
+    """An outside force's cosine and sine in the middle of one trial, or after another ``share`` of it, as a sum of
+    unknowns: their places (n,), and what each counts (2, n)."""
     names, rows = fit.solution.problem.names, []
     t = next(one.t for one in fit.solution.problem.trials if one.name == trial)
-    middle = 0.5 * float(t[0] + t[-1])
+    at = float(t[0] + share * (t[-1] - t[0]))
     own = [a for a in force.additions if a.of_its_own]
     for part in STEADY:
-        counts = {part: 1.0, f"{part}_per_s": middle, f"{part}_per_s2": middle**2}
+        counts = {part: 1.0, f"{part}_per_s": at, f"{part}_per_s2": at**2}
         rows.append([counts.get(a.name, 0.0) for a in own])
     return [names.index(f"{force.prefix}.{a.name}[{trial}]") for a in own], np.array(rows)
 
@@ -80,22 +84,23 @@ def changes(force: Addend) -> bool:
     return any(a.of_its_own and a.name not in STEADY for a in force.additions)
 
 
-def _size(fit: JointFit, force: Addend, trial: str) -> complex:
-    """An outside force in the middle of one trial: its cosine, and its sine as imaginary part."""
-    places, counts = parts_of(fit, force, trial)
+def _size(fit: JointFit, force: Addend, trial: str, share: float = 0.5) -> complex:
+    """An outside force in the middle of one trial, or after another ``share`` of it: its cosine, and its sine as
+    imaginary part."""
+    places, counts = parts_of(fit, force, trial, share)
     return complex(*(counts @ fit.solution.values[places]))
 
 
 def no_clock(level: Level, fit: JointFit, force: Addend, beside: bool, before: JointFit | None) -> str:
     """Why an outside force has no clock of its own, in words; empty where it has. ``beside``: something was named
-    before it, whose memory may be what is left, unless no more than noise is: a memory leaves no tone so pure that has
-    another size and phase in every trial, and one with the same is a resonator. What changes along the record may be a
-    memory too. ``before`` is the fit without it."""
+    before it, whose memory may be what is left: it leaves hardly a tone so pure that has another size and phase in
+    every trial, and one with the same is a resonator. What changes along the record may be a memory too. ``before`` is
+    the fit without it."""
     pure = before is not None and _pure(fit, before, OWN_LEAVES if changes(force) else FAR_ABOVE_NOISE)
     said = "" if pure else _own_motion(level, fit, force)
     said = said or ("" if level.trials == 1 and pure else _in_one_trial(level, fit, force))
-    left = beside and fit.misfit > FAR_ABOVE_NOISE
-    return said or (_tied(level, fit, force) if left or (changes(force) and not pure) else "")
+    left = (beside and fit.misfit > FAR_ABOVE_NOISE) or (changes(force) and not pure)
+    return said or (_tied(level, fit, force, TIED if left else TIED_SURELY) if left or beside else "")
 
 
 def _pure(fit: JointFit, before: JointFit, most: float) -> bool:
@@ -149,10 +154,12 @@ def _in_one_trial(level: Level, fit: JointFit, force: Addend) -> str:
     return f"{force.prefix} is distinct from zero in {told} of {level.trials} trials; {CLOCKED} show a clock of its own"
 
 
-def _tied(level: Level, fit: JointFit, force: Addend) -> str:
+def _tied(level: Level, fit: JointFit, force: Addend, least: float) -> str:
     """Whether an outside force's phase is tied to the release on each spring, in words: sizes in units of the release
-    and phases that agree are a memory's."""
-    forces = [np.array([_size(fit, force, m.name) / m.amplitude for m in one.motions]) for one in level.members]
+    and phases that agree, as they do in fewer than ``least`` of random draws, are a memory's. One that changes is
+    looked at where the record begins: what a memory leaves dies out."""
+    at = 0.0 if changes(force) else 0.5
+    forces = [np.array([_size(fit, force, m.name, at) / m.amplitude for m in one.motions]) for one in level.members]
     total = sum(float(np.sum(np.abs(own) ** 2)) for own in forces)
     if total == 0.0:
         return ""
@@ -165,7 +172,7 @@ def _tied(level: Level, fit: JointFit, force: Addend) -> str:
     drawn = [own * np.exp(2j * math.pi * rng.random((DRAWS, own.size))) for own in forces]
     seen = float(agreement(forces))
     chance = float(np.mean(agreement(drawn) >= seen * (1.0 - 1e-12)))
-    if chance >= TIED:
+    if chance >= least:
         return ""
     return (
         f"{force.prefix} is tied to the release: phases and sizes agree in all trials by {100 * seen:.0f} %, as "

@@ -163,15 +163,15 @@ def springs_apart(groups: Sequence[GroupFindings], water: Collection[str]) -> st
 
 def no_scatter(groups: Sequence[GroupFindings], order: Sequence[str] = ()) -> str:
     """That what differs between trials goes with the release, or with the order of their names, or changed at one trial
-    in the campaign's ``order`` (of their names where it is not given), in all groups together in which nothing is
-    missing (a change: of which nothing is said), in words; empty where it may be scatter.
+    in the campaign's ``order`` (of their names where it is not given), in all groups together of which nothing is said,
+    in words; empty where it may be scatter.
 
     Each trial's own stiffness over its mass is ranked within its group. Kendall's tau, added over the groups, is held
     against orders drawn at random: the few trials of one group would not show it. A change is held against them by the
     likelihood of two means beside one. Less than `WORTH_SAYING` is not said.
     """
-    green = [g for g in groups if g.verdict.status == "nothing_missing"]
-    found = [rows for rows in (rates(g) for g in green) if len(rows) >= FEWEST_RANKED]
+    quiet = [g for g in groups if nothing_said(g.verdict)]
+    found = [rows for rows in (rates(g) for g in quiet) if len(rows) >= FEWEST_RANKED]
     why = "scatter goes with nothing; a law that the equation lacks does, or a rig that changes from trial to trial"
     for along, words in ((2, "with the size of the release"), (3, "in the order of the trials' names")):
         pairs = [(np.array([r[along] for r in rows]), np.array([r[1] for r in rows])) for rows in found]
@@ -185,7 +185,7 @@ def no_scatter(groups: Sequence[GroupFindings], order: Sequence[str] = ()) -> st
                 f"stiffness over mass of single trials {way} {words}, by {percent(_typical(changes))} in "
                 f"{count(len(pairs), 'group')} ({_rare(chance)}): {why} (temperature, a part that works loose)"
             )
-    said, chance, limit = _changed([g for g in groups if nothing_said(g.verdict)], order)
+    said, chance, limit = _changed(quiet, order)
     if chance < limit:
         return f"{said} ({_rare(chance)}): {why} (a part taken off or left on the body, a spring that slipped)"
     return ""

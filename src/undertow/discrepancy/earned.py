@@ -35,6 +35,7 @@ from undertow.errors import IdentificationError
 NEXT: Mapping[str, str] = {
     "contradiction": "correct unit, sign or column of the channels in the config, or state recordings.accept",
     "conditions": "correct that number or unit in the config, or list conditions in recordings.accept",
+    "ordered": "the first releases once more at the end of the series, with what may have changed noted beside each",
     "alone": "the group again without that trial: what the others show",
     "no_dry": "three releases of this spring in air, with the body's mass or the spring's stiffness in the config",
     "assumed": "three releases in air, or three of the same size in this water, or state specimen.scatter",

@@ -135,7 +135,8 @@ def _not_green(group: GroupFindings, text: str, ordered: str) -> GroupFindings:
     said = f"{group.label}: cannot tell, because {text}."
     gate = Gate("plausible", "doubts about the group's numbers and trials", 1.0, 0.0, False, text)
     changed = replace(
-        verdict, status="cannot_tell", sentence=said, because=text, next_test=NEXT["conditions"], confidence=math.nan,
+        verdict, status="cannot_tell", sentence=said, because=text,
+        next_test=NEXT["ordered" if text == ordered else "conditions"], confidence=math.nan,
         decision=(*verdict.decision, gate), verdict=(), alternatives=(), parameters={}, augmented=None,
         origin="undetermined", transfer={},
     )  # fmt: skip

@@ -373,7 +373,9 @@ def _borne_out(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, in_air: 
     unseen = math.nan if verdict.augmented is None else verdict.augmented.held_out_nrmse
     of_water = diagnosis.best.fit.misfit <= FAR_ABOVE_NOISE and unseen <= case.allowed
     of_water = of_water and unseen < case.baseline.held_out_nrmse
-    statistic = "standard errors by which dry trials contradict a law of the structure"
+    statistic = "standard errors by which dry trials contradict a law of the structure" + (
+        "; met, for unseen trials prove it of the water" if of_water and in_air.because else ""
+    )
     bars, passed = NAMED, not in_air.because or of_water
     return (Gate("dry_trials_agree", statistic, in_air.away, CERTAIN, passed, in_air.because, "dry", bars),)
 

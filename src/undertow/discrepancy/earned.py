@@ -102,7 +102,9 @@ def _by_its_gates(
         said = without_answer(verdict, case, gate.because, gate.lacking)
         return replace(said, contradicted=bool(case.contradiction))
     if verdict.status in NAMED and in_air.because:
-        return replace(verdict, sentence=f"{verdict.sentence} It is there in water alone: {in_air.because}.")
+        alike = [law.looks_like for law in map(registry.row, verdict.verdict) if law is not None and law.looks_like]
+        beside = f" In water {alike[0]} looks much like it, and is no law of this search." if alike else ""
+        return replace(verdict, sentence=f"{verdict.sentence} It is there in water alone: {in_air.because}.{beside}")
     return verdict
 
 

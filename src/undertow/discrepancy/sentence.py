@@ -115,12 +115,12 @@ def transfer_words(moved: Mapping[str, float]) -> str:
 
 
 def _numbers(found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> str:
-    """The additions' numbers in words, a frequency in Hz; none of a law whose size is less than its error."""
+    """The additions' numbers in words, a frequency in Hz; none of a law whose size is less than twice its error."""
     texts = []
     for many in found.values():
         for one in many:
             size = next(iter(one.values()), None)
-            if size is None or abs(size.value) < size.stderr:
+            if size is None or abs(size.value) < 2.0 * size.stderr:
                 continue
             if "natural_frequency_rad_per_s" in one:
                 hertz = one["natural_frequency_rad_per_s"].scaled(1.0 / (2.0 * math.pi), "Hz")

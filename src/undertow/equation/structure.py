@@ -113,6 +113,7 @@ class CubicStiffness(Term):
     left_out = "frequency shifts with the square of the amplitude; third harmonic"
     pulls_back = True
     words = "stiffness with the cube of the displacement"
+    looks_like = "added mass that goes with the amplitude"
     sprung = True
     element = "elastic"
 
@@ -131,6 +132,7 @@ class QuinticStiffness(Term):
     left_out = "frequency shifts with the fourth power of the amplitude, at the largest only"
     pulls_back = True
     words = "stiffness with the fifth power of the displacement"
+    looks_like = "added mass that goes with the amplitude"
     sprung = True
     element = "elastic"
 

@@ -157,9 +157,12 @@ def implausible(
     group: GroupFindings, accepted: Mapping[str, Sequence[str]] = MappingProxyType({})
 ) -> tuple[tuple[str, str], ...]:
     """Numbers of a group that no body has, and trials that are none of its own: the kind of doubt (conditions, damping,
-    unit) and a sentence for each. ``accepted`` is trial -> kinds of doubt that are known: such a trial may be strange.
+    unit) and a sentence for each, of an explained group those of the repaired equation. ``accepted`` is trial -> kinds
+    of doubt that are known: such a trial may be strange.
     """
-    numbers = group_numbers(group)
+    numbers, mended = group_numbers(group), group.verdict.augmented
+    if group.verdict.status == "explained" and mended is not None:
+        numbers = {name: mended.parameters.get(name, number) for name, number in numbers.items()}
     found = [_outside(one, numbers[name]) for name, one in RANGES.items() if name in numbers]
     mass = group.specimen.mass_kg
     if "added_mass_kg" in numbers and math.isfinite(mass) and mass > 0.0:

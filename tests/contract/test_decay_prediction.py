@@ -136,6 +136,7 @@ def test_the_command_predicts_decays(finished, capsys):
     assert said.code == 0
     assert said.out.rstrip().splitlines()[-1].startswith("rms 0.000")
     assert said.out.rstrip().endswith(" m")
+    assert repr(predict_run(finished / "run", finished / "inside.csv", group=LONG)) == said.out.rstrip()
     words = ("--x0", "0.05", "--duration", "2", "--rate", "50", "--group", "spring=stiff", "--out", finished / "n.csv")
     assert command(capsys, "predict", finished / "run", *words).code == 0
     assert len(pd.read_csv(finished / "n.csv")) == 101
@@ -144,7 +145,9 @@ def test_the_command_predicts_decays(finished, capsys):
 def test_a_start_without_a_recording_prints_what_the_motion_is_like(finished, capsys):
     words = ("--duration", "6", "--rate", "50", "--group", "spring=stiff")
     said = command(capsys, "predict", finished / "run", "--x0", "0.05", *words)
-    table = predict_run(finished / "run", x0=0.05, duration_s=6.0, rate_hz=50.0, group={"spring": "stiff"}).run
+    made = predict_run(finished / "run", x0=0.05, duration_s=6.0, rate_hz=50.0, group={"spring": "stiff"})
+    table = made.run
+    assert said.out == f"{made!r}\n"
     assert said.out.startswith("peak 0.05 m\nperiod ")
     turns = np.count_nonzero((table.predicted[:-1] < 0.0) & (table.predicted[1:] >= 0.0))
     assert f"s (mean of {turns - 1}); last swing 0.0" in said.out

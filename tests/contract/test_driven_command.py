@@ -81,6 +81,16 @@ def test_a_run_names_the_drag_that_the_equation_lacks(finished):
         assert (folder / "run" / name).stat().st_size > 0
 
 
+def test_a_run_without_a_page_writes_tables_and_verdicts_alone_and_sets_an_older_page_aside(finished, tmp_path):
+    folder, _ = finished
+    run_to_folder(folder / "shaken.yaml", out=tmp_path / "run")
+    done = run_to_folder(folder / "shaken.yaml", out=tmp_path / "run", page=False)
+    assert done.summary.endswith(f"report: {tmp_path / 'run' / 'verdict.json'}")
+    assert not (tmp_path / "run" / "report.html").exists()
+    assert (tmp_path / "run" / "earlier_run" / "report.html").exists()
+    assert (tmp_path / "run" / "levels.csv").exists()
+
+
 def test_equations_json_holds_the_numbers_in_full(finished):
     folder, _ = finished
     group = equations_of(folder / "run")["groups"][0]

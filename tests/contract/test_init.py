@@ -311,6 +311,22 @@ def listed(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.parametrize("water", ["Wassertiefe [cm]", "water level (cm)", "Wasserstand [cm]"])
+def test_a_column_of_the_index_with_its_unit_parts_dry_trials_from_those_in_water(tmp_path: Path, water: str) -> None:
+    """Its name was passed over, dry trials and those in water were one group, and nothing was said of it."""
+    for at in range(6):
+        write_table(tmp_path / f"v{at}.csv", recorded(0.03 + 0.01 * (at % 3), at), "t,x,a")
+    rows = [{"file": f"v{at}.csv", water: 0 if at < 3 else 120, "rope": "new" if at % 2 else "old"} for at in range(6)]
+    pd.DataFrame(rows).to_csv(tmp_path / "list.csv", index=False)
+    done = start(tmp_path)
+    config = load(done.path)
+    assert config.trials.group_by == (water,)
+    assert config.trials.dry == {water: 0}
+    assert planned(config).entries
+    assert "list.csv: rope differs among trials; no group goes by it (trials.group_by)" in done.doubts
+    assert "# list.csv: rope differs among trials" in done.path.read_text("utf-8")
+
+
 def test_the_index_of_a_folder_gives_trials_and_conditions(listed: Path) -> None:
     """It had been left out as no recording, and dry trials and those in water were one group."""
     done = start(listed)

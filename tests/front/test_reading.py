@@ -364,7 +364,7 @@ def test_a_unit_that_nobody_says_is_refused(decay, tmp_path):
 
 def test_trials_one_below_another_are_refused_with_the_column_that_counts_them(decay, tmp_path):
     both = pd.concat([table_of(decay).assign(run=name) for name in "ab"])
-    with pytest.raises(RecordingError, match=r"the table holds 2 trials one below another \(by column 'run'\): split"):
+    with pytest.raises(RecordingError, match=r"the table holds 2 trials one below another \(by column 'run'\): give"):
         undertow.read(both, units={"x": "mm"})
     both.drop(columns="run").to_csv(tmp_path / "all.csv", index=False)
     (tmp_path / "c.yaml").write_text(

@@ -188,10 +188,22 @@ def test_a_body_that_is_lighter_in_water_is_said_and_stays_what_it_is():
     swinging = replace(lighter.verdict, status="explained", verdict=("hidden_resonator",))
     assert with_doubts([replace(lighter, verdict=swinging)])[1] == ()
     for repaired, said_so in ((120.0, False), (-300.0, True)):
-        better = Described(parameters={"added_mass_kg": Estimate(repaired, 5.0, "kg")})
+        better = Described(parameters={"added_mass_kg": Estimate(repaired, 5.0, unit="kg")})
         explained = replace(lighter.verdict, status="explained", verdict=("cubic_stiffness",), augmented=better)
         assert bool(with_doubts([replace(lighter, verdict=explained)])[1]) is said_so
     assert with_doubts([group(added_mass_kg=(-100.0, 20.0))])[1] == ()  # within three errors of a fiftieth of the mass
+
+
+def test_a_number_that_the_repair_mends_is_no_doubt():
+    """The drag coefficient of an equation that lacks a force was -5.6: unit, area and density had been blamed."""
+    off = group(drag_coefficient=(-5.6, 0.2))
+    assert "drag coefficient -5.6" in with_doubts([off])[1][0]
+    for repaired, doubts in ((1.0, 0), (-4.0, 1)):
+        better = Described(parameters={"drag_coefficient": Estimate(repaired, 0.01)})
+        verdict = replace(off.verdict, status="explained", verdict=("external_forcing",), augmented=better)
+        assert len(with_doubts([replace(off, verdict=verdict)])[1]) == doubts
+        open_ = replace(verdict, status="unknown", verdict=("external_forcing", "unknown"))
+        assert len(with_doubts([replace(off, verdict=open_)])[1]) == 1
 
 
 def test_a_stated_stiffness_that_is_a_few_per_cent_off_is_said_and_bars_nothing():

@@ -18,6 +18,9 @@ from undertow.quantities import Estimate
 EXPLAINS, TOGETHER = " explains it", " together explain it"
 """What is said of what is named, and of several names."""
 
+SAID = 1.5
+"""Standard errors from zero from which a law's numbers are said: 8e10 +- 8e10 tells nothing."""
+
 CLOSEST = {EXPLAINS: " comes closest", TOGETHER: " together come closest"}
 """The same of what is no answer."""
 
@@ -115,12 +118,12 @@ def transfer_words(moved: Mapping[str, float]) -> str:
 
 
 def _numbers(found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> str:
-    """The additions' numbers in words, a frequency in Hz; none of a law whose size is less than twice its error."""
+    """The additions' numbers in words, a frequency in Hz; none of a law whose size is hardly more than its error."""
     texts = []
     for many in found.values():
         for one in many:
             size = next(iter(one.values()), None)
-            if size is None or abs(size.value) < 2.0 * size.stderr:
+            if size is None or abs(size.value) < SAID * size.stderr:
                 continue
             if "natural_frequency_rad_per_s" in one:
                 hertz = one["natural_frequency_rad_per_s"].scaled(1.0 / (2.0 * math.pi), "Hz")

@@ -122,8 +122,8 @@ def _said(table: pd.DataFrame, units: Units) -> dict[Column, str]:
     unknown = [name for name in units if name not in {*map(str, table.columns), *CHANNELS, "time"}]
     if unknown and all(isinstance(name, int) for name in table.columns):
         raise RecordingError(
-            f"units names {unknown[0]!r}, but the columns of X are not named: x is one column, x and v or x and a two; "
-            f"X has {len(table.columns)}. Give several trials as a list of arrays, one a trial"
+            f"units names {unknown[0]!r}, but X has {len(table.columns)} columns without names: one trial has x, or x "
+            "and v, or x, v and a. Give several trials as a list of arrays, one a trial"
         )
     if unknown:
         raise RecordingError(

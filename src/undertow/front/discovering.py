@@ -254,7 +254,8 @@ class Discover(FoundEquation, Estimator):
         report = super().fit_report(read(trials) if len(trials) else ())
         unused = [f"not used: {one.reason}" for one in self.failed_]
         doubts = [] if self.outside_ is not None else [f"! {one}" for one in self.trials_.doubts]  # it says them too
-        return "\n".join([*unused, *doubts, report])
+        first, *rest = report.split("\n")
+        return "\n".join([*unused, first, *doubts, *rest])
 
     def theta_draws(self, draws: int, rng: np.random.Generator) -> tuple[Array, Mapping[str, float], str]:
         """Parameter vectors (draws, slots) as the numbers' errors and correlations spread them."""

@@ -1,0 +1,133 @@
+"""What may be wrong with trials stands in `print(trials)`, and in what `fit` and `Discover` say; names and units that
+were said once are known afterwards."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import undertow
+from undertow.comparison.discover import NotDiscoveredError
+from undertow.conditioning.scale import SLOWEST_S, out_of_scale
+from undertow.errors import RecordingError
+
+LAW = ["stiffness", "viscous_damping"]
+RUNS = [
+    undertow.simulate({"stiffness": 400.0, "viscous_damping": 2.0}, x0=x0, mass_kg=4.0, rate_hz=100.0, duration_s=6.0)
+    for x0 in (0.05, 0.1)
+]
+TABLES = [
+    pd.DataFrame({"t": run.t, "x": run.x + 1e-5 * np.random.default_rng(i).standard_normal(run.t.size)})
+    for i, run in enumerate(RUNS)
+]
+
+
+def accelerated(factor: float) -> list[pd.DataFrame]:
+    """The trials with an accelerometer that is so many times too sensitive."""
+    noise = 0.01 * np.random.default_rng(7).standard_normal(RUNS[0].t.size)
+    return [one.assign(a=factor * run.a + noise) for one, run in zip(TABLES, RUNS, strict=True)]
+
+
+def test_a_gain_that_does_not_fit_is_said_by_trials_and_by_what_is_fitted_to_them():
+    trials = undertow.read(accelerated(1.3), units={"x": "m", "a": "m/s^2"})
+    (doubt,) = trials.doubts
+    assert doubt.startswith("trial_1 and 1 more trial: ")
+    assert "acceleration" in doubt
+    assert f"  ! {doubt}" in str(trials).split("\n")
+    assert doubt.replace("'", "&#x27;") in trials._repr_html_()
+    assert all(doubt.partition(": ")[2] not in note for note in trials.notes)
+    assert undertow.fit(trials, LAW, mass_kg=4.0).doubts[0] == doubt
+    found = undertow.Discover(LAW, resamples=0, outside=False, second_route=False).fit(trials)
+    assert str(found).split("\n")[1] == f"! {doubt}"
+    assert undertow.read(accelerated(1.0), units={"x": "m", "a": "m/s^2"}).doubts == ()
+
+
+def test_a_channel_left_out_of_some_trials_is_a_doubt_and_rows_that_lack_a_note():
+    tables = accelerated(1.0)
+    tables[1]["a"] = np.where(np.arange(len(tables[1])) < 400, np.nan, tables[1]["a"])
+    trials = undertow.read(tables, units={"x": "m", "a": "m/s^2"})
+    (doubt,) = trials.doubts
+    assert doubt.startswith("trial_2: acceleration ")
+    assert "left out in this trial" in doubt
+    few = undertow.read([one[(one.t < 2.0) | (one.t > 2.3)] for one in TABLES], units={"x": "m"})
+    assert few.doubts == ()
+    assert few.notes
+    assert f"  - {few.notes[0]}" in str(few)
+
+
+def test_of_many_notes_the_first_are_shown():
+    given = {}
+    for i in range(9):
+        law = {"stiffness": 400.0 + 20.0 * i, "viscous_damping": 2.0}
+        run = undertow.simulate(law, x0=0.1, mass_kg=4.0, rate_hz=100.0, duration_s=6.0)
+        table = pd.DataFrame({"t": run.t, "x": run.x + 1e-5 * np.random.default_rng(i).standard_normal(run.t.size)})
+        given[f"r{i}"] = table[(table.t < 2.0) | (table.t > 2.3)]
+    many = undertow.read(given, units={"x": "m"})
+    assert len(many.notes) >= 9
+    assert str(many).split("\n")[-1] == f"  - and {len(many.notes) - 8} more note{'s' * (len(many.notes) > 9)} (notes)"
+
+
+def test_motions_out_of_scale_are_doubted_where_their_unit_is_not_accepted():
+    large = [one.assign(x=1e3 * one.x) for one in TABLES]
+    (doubt,) = undertow.read(large, units={"x": "m"}).doubts
+    assert doubt.startswith("trial trial_2 is released from 100 m and moves with")
+    assert undertow.read(large, units={"x": "m"}, accept=["unit"]).doubts == ()
+    slow = [one.assign(t=1e3 * one.t) for one in TABLES]
+    (doubt,) = undertow.read(slow, units={"x": "m", "t": "s"}).doubts
+    assert f"swings with a period of 629 s, longer than {SLOWEST_S:g} s: is its time in ms?" in doubt
+    assert out_of_scale(undertow.read(TABLES, units={"x": "m"}).motions) == ()
+
+
+def test_a_motion_says_itself_in_one_line():
+    assert repr(undertow.read(TABLES, units={"x": "m"})[0]) == "Motion('trial_1': 600 samples, released from 0.05)"
+
+
+def test_what_is_the_same_for_all_trials_is_refused_with_the_first_reasons():
+    five = {f"r{i}": one.assign(x=np.nan) for i, one in enumerate([*TABLES, *TABLES, TABLES[0]])}
+    with pytest.raises(RecordingError) as said:
+        undertow.read(five, units={"x": "m"})
+    assert str(said.value).count("no number") <= 2
+
+
+def test_a_table_of_several_trials_and_an_array_of_several_are_told_how_they_are_given():
+    stacked = pd.concat([one.assign(trial=i) for i, one in enumerate(TABLES)])
+    with pytest.raises(RecordingError, match=r"as in undertow\.read\(\{str\(n\): one for n, one in table\.groupby\('t"):
+        undertow.read(stacked, units={"x": "m"})
+    given = {n: one for n, one in stacked.groupby("trial")}
+    assert len(undertow.read({str(n): one for n, one in given.items()}, columns={"time": "t", "displacement": "x"},
+                             units={"x": "m"})) == 2
+    with pytest.raises(RecordingError, match=r"X has 4 columns without names: .* Give several trials as a list"):
+        undertow.read(np.column_stack([TABLES[0].x] * 4), t=0.01, units={"x": "m"})
+
+
+def test_an_equation_is_given_as_users_of_pysindy_ask_for_it():
+    found = undertow.fit(undertow.read(TABLES, units={"x": "m"}), LAW, mass_kg=4.0)
+    assert found.equations(precision=1) == ["4.0 x'' + 400.0 x + 2.0 v = 0"]
+    assert found.equations()[0].startswith("4 x'' + 400.0")
+    assert found.get_feature_names() == LAW
+    assert found.coefficients().shape == (1, 2)
+    assert found.coefficients()[0] == pytest.approx([400.0, 2.0], rel=1e-3)
+
+
+def test_a_prediction_takes_tables_with_their_units_and_arrays_with_their_times():
+    found = undertow.fit(undertow.read(TABLES, units={"x": "m"}), LAW, mass_kg=4.0)
+    tables = found.predict(TABLES, units={"x": "m"})
+    arrays = found.predict([one.x.to_numpy() for one in TABLES], t=0.01, units={"x": "m"})
+    assert tables.runs[1].nrmse == pytest.approx(arrays.runs[1].nrmse, rel=1e-6)
+    named = found.predict([one.rename(columns={"x": "y"}) for one in TABLES],
+                          columns={"time": "t", "displacement": "y"}, units={"y": "m"})
+    assert named.runs[0].nrmse == pytest.approx(tables.runs[0].nrmse, rel=1e-6)
+
+
+def test_a_fitted_discover_knows_the_units_that_it_was_given():
+    known = {"terms": LAW, "resamples": 0, "outside": False, "second_route": False}
+    found = undertow.Discover(**known).fit(TABLES, units={"x": "m"})
+    assert found.score(TABLES) == pytest.approx(found.score(TABLES, units={"x": "m"}))
+    large = [one.assign(x=1e3 * one.x) for one in TABLES]
+    assert found.score(large, units={"x": "mm"}) == pytest.approx(found.score(TABLES), abs=1e-9)
+    assert found.score(found.trials_) == pytest.approx(found.score(TABLES))
+    assert len(found.predict(TABLES)) == len(found.free_runs(TABLES)) == 2
+    assert found.equations(precision=2) == ["1.00 x'' + 100.00 x + 0.50 v = 0"]
+    with pytest.raises(NotDiscoveredError, match="has seen 0 trials"):
+        undertow.Discover(**known).score(TABLES)

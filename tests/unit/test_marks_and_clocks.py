@@ -1,0 +1,116 @@
+"""Decimal marks that part thousands, columns that count rows, clocks coarser than samples, archives, mils: each is
+refused with what to do, or read as what it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import undertow
+from undertow.campaign.inspection import inspect_file
+from undertow.campaign.starting.start import start
+from undertow.errors import ConfigError, RecordingError
+from undertow.recording.layout import FileFormat
+from undertow.recording.propose import propose_mapping
+from undertow.recording.propose_layout import propose_layout
+from undertow.recording.readers import never_read, read_table
+from undertow.recording.units import factor_to_si
+
+TIME = np.arange(0.0, 8.0, 0.01)
+MOTION_M = 0.05 * np.exp(-0.05 * TIME) * np.cos(10.0 * TIME)
+
+
+def write(path: Path, head: str, row: str, time: list[str], x: list[str]) -> Path:
+    """A table of texts with one header line."""
+    path.write_text("\n".join([head, *(row.format(t, v) for t, v in zip(time, x, strict=True))]) + "\n", "utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("head", "row", "time", "x"),
+    [
+        ("time [s]\tx [um]", "{}\t{}", "0.00", "250,035"),
+        ("Zeit [s];x [um]", "{};{}", "0,00", "250.035"),
+        ("Zeit [s]\tx [um]", "{}\t{}", "0,00", "50.034"),
+    ],
+)
+def test_marks_of_which_one_parts_thousands_are_refused_with_both(tmp_path, head, row, time, x):
+    point = "." in time
+    times = [f"{t:.2f}" if point else f"{t:.2f}".replace(".", ",") for t in TIME]
+    file = write(tmp_path / "r1.txt", head, row, times, [x] * TIME.size)
+    with pytest.raises(RecordingError, match=r"in line 200: one mark parts thousands; save the file without it"):
+        propose_layout(file)
+
+
+def test_a_point_beside_a_decimal_comma_is_no_number_whatever_the_config_says(tmp_path):
+    values = ["999", *["50.034"] * (TIME.size - 1)]
+    file = write(tmp_path / "r1.csv", "t;x", "{};{}", [f"{t:.2f}".replace(".", ",") for t in TIME], values)
+    with pytest.raises(RecordingError, match=r"line 3: '50\.034' is not a number; the decimal mark is ',': if the po"):
+        read_table(file, FileFormat(decimal=","))
+
+
+@pytest.mark.parametrize("cell", ["00:58.010", "-32,310.5", "11:59:58:010"])
+def test_a_cell_that_no_mark_makes_a_number_is_shown_with_its_line(tmp_path, cell):
+    file = write(tmp_path / "r1.txt", "t\tx", "{}\t{}", [cell] * TIME.size, ["1.5"] * TIME.size)
+    with pytest.raises(RecordingError, match=rf"'{cell}' in line 200 is no number: save such cells as plain numbers"):
+        propose_layout(file)
+
+
+def test_quoted_decimal_commas_between_commas_are_read(tmp_path):
+    texts = [f"{v:.5f}".replace(".", ",") for v in MOTION_M]
+    file = write(tmp_path / "r1.csv", "t,x", '"{}","{}"', [f"{t:.2f}".replace(".", ",") for t in TIME], texts)
+    found = read_table(file, propose_layout(file))
+    assert found["x"].to_numpy() == pytest.approx(MOTION_M, abs=1e-5)
+    assert found["t"].to_numpy() == pytest.approx(TIME)
+
+
+def test_a_column_that_counts_rows_is_no_time():
+    rows = pd.DataFrame({"Sample": np.arange(TIME.size), "x [mm]": 1e3 * MOTION_M})
+    found = propose_mapping(rows)
+    assert found.time is None
+    assert "column 'Sample' counts rows and is no time; give channels.time: {rate_hz: ...}" in found.remarks
+    timed = propose_mapping(rows.rename(columns={"Sample": "time"})).time
+    assert timed is not None
+    assert timed.column == "time"
+    uneven = propose_mapping(rows.assign(Sample=0.5 * rows["Sample"])).time
+    assert uneven is not None
+    assert uneven.column == "Sample"
+
+
+def test_a_clock_coarser_than_its_samples_is_said_as_that(tmp_path):
+    file = tmp_path / "r1.csv"
+    pd.DataFrame({"time [s]": np.floor(TIME), "x [mm]": 1e3 * MOTION_M}).to_csv(file, index=False)
+    said = r"792 of 799 steps of time are 0 s: its clock is coarser than its samples; give channels\.time: \{rate_hz"
+    with pytest.raises(RecordingError, match=said):
+        undertow.read(file)
+    once = TIME.copy()
+    once[100] = once[99]
+    pd.DataFrame({"time [s]": once, "x [mm]": 1e3 * MOTION_M}).to_csv(file, index=False)
+    with pytest.raises(RecordingError, match="remove duplicated or swapped rows"):
+        undertow.read(file)
+
+
+@pytest.mark.parametrize("name", ["all.zip", "all.7z", "a.tar"])
+def test_a_folder_with_an_archive_alone_is_told_to_unpack_it(tmp_path, name):
+    (tmp_path / name).write_bytes(b"PK")
+    with pytest.raises(ConfigError, match=rf"{name}: is an archive, and no archive is opened; unpack it"):
+        start(tmp_path)
+    assert never_read(tmp_path / "r1.csv.gz") == ""
+
+
+def test_a_mil_is_a_thousandth_of_an_inch():
+    assert factor_to_si("mil", "displacement") == (pytest.approx(2.54e-5), "m")
+    assert propose_mapping(pd.DataFrame({"t": TIME, "Disp (mil)": MOTION_M})).coordinate == "translation"
+
+
+def test_an_inspected_driven_record_is_proposed_a_config_that_runs(tmp_path):
+    rng = np.random.default_rng(0)
+    force = np.convolve(rng.normal(size=TIME.size), np.hanning(30), "same")
+    table = pd.DataFrame({"time [s]": TIME, "x [mm]": 1e3 * MOTION_M + 0.01 * rng.normal(size=TIME.size)})
+    table.assign(**{"force [N]": force}).to_csv(tmp_path / "shaken.csv", index=False)
+    told = inspect_file(tmp_path / "shaken.csv")
+    assert "  group_by: []\n" in told
+    assert "conditions:" not in told

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.findings_fixture import small_findings
+from undertow.campaign.run.plausible import with_doubts
 from undertow.discrepancy.drifts import FALSE_ALARM, amplitude_drifts, group_drifts, no_scatter, springs_apart
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.verdict import Gate
@@ -128,6 +129,27 @@ def test_a_stiffness_that_follows_the_release_in_every_group_is_no_scatter():
     missing = [replace(g, verdict=replace(g.verdict, status="unknown", verdict=("unknown",))) for g in rising]
     assert no_scatter(missing) == ""
     assert no_scatter([]) == ""
+
+
+def test_an_order_is_said_also_where_trials_differ_too_much_for_anything_else():
+    """A stiffness that rose by 4 % was "cannot tell, releases that differ less"; by 1.6 % its order was said."""
+    mixed = np.array([0.03, 0.011, 0.05, 0.02, 0.035])
+    rising = [green(DRIFTING, mixed) for _ in range(4)]
+    wide = Gate("upper_bound", "what can hide", 0.4, 0.15, False, "repetitions differ", "wide", ("nothing_missing",))
+    apart = [
+        replace(g, verdict=replace(g.verdict, status="cannot_tell", because=wide.because, decision=(wide,)))
+        for g in rising
+    ]  # fmt: skip
+    said = no_scatter(apart)
+    assert "rises in the order of the trials' names, by 3.4 % in 4 groups" in said
+    (first, *_), doubts = with_doubts(apart)
+    assert first.verdict.status == "cannot_tell"
+    assert said in first.verdict.sentence
+    assert first.verdict.next_test.startswith("the first releases once more at the end of the series")
+    assert any(said in doubt for doubt in doubts)
+    other = replace(wide, gate="channels_agree")
+    quarrel = [replace(g, verdict=replace(g.verdict, decision=(other,))) for g in apart]
+    assert no_scatter(quarrel) == ""
 
 
 def test_what_differs_by_more_than_rigs_do_needs_less_of_an_order():

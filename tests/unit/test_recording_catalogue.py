@@ -111,6 +111,22 @@ def test_conditions_of_an_entry_do_not_change_with_what_they_were_made_from() ->
     assert (entry.conditions["speed"], entry.path, entry.file) == (1.0, Path("a.csv"), "a.csv")
 
 
+@pytest.mark.parametrize(
+    ("name", "value"), [("a_050_acc.csv", 50.0), ("a_1.630_acc.csv", 1.63), ("a_1,63_acc.csv", 1.63)]
+)
+def test_a_number_in_a_made_name_may_be_spelt_otherwise(folder: Path, name: str, value: float) -> None:
+    """run_050 was looked for as run_50, and the accelerometer left out of that trial."""
+    (folder / "data" / name).write_text(rows())
+    spec = ChannelSpec(("a",), "m/s^2", file="{stem}_{n}_acc.csv")
+    said = replace(catalogue(folder), channels={"displacement": ChannelSpec(("x",), "mm"), "acceleration": spec},
+                   conditions={"*": {"n": value}})  # fmt: skip
+    assert gather(said)[0].beside == {spec.file: str(folder / "data" / name)}
+    (folder / "data" / f"a_0{name[2:]}").write_text(rows())  # two that write it: as written, which is not there
+    assert gather(said)[0].beside[spec.file] == str(folder / "data" / f"a_{value:g}_acc.csv")
+    (folder / "data" / f"a_{value:g}_acc.csv").write_text(rows())
+    assert gather(said)[0].beside[spec.file] == str(folder / "data" / f"a_{value:g}_acc.csv")
+
+
 def test_a_value_in_a_made_name_is_no_path(folder: Path) -> None:
     (folder / "data" / "campaign.csv").write_text("id,speed\n../a,0\n")
     assert "must lie in" in gather(replace(catalogue(folder), file="{id}.csv"))[0].problem

@@ -297,9 +297,11 @@ def _as_spelt(path: Path, pattern: str, known: Mapping[str, Condition]) -> str:
 
 
 def _spelling(value: Condition) -> str:
-    """A pattern of the texts that write a condition: a number with zeros before it, and either decimal mark."""
-    text = re.escape(written(value))
-    return text if isinstance(value, str) else f"0*{text.replace(re.escape('.'), '[.,]')}"
+    """A pattern of the texts that write a condition: a number with zeros around it, and either decimal mark."""
+    whole, _, part = written(value).partition(".")
+    if isinstance(value, str):
+        return re.escape(value)
+    return f"0*{re.escape(whole)}{f'[.,]{re.escape(part)}0*' if part else '(?:[.,]0+)?'}"
 
 
 def _with_files_beside(entry: Entry, catalogue: Catalogue) -> Entry:

@@ -14,6 +14,7 @@ from tests.command_line import undertow
 from undertow.campaign.audit.published import audit
 from undertow.campaign.audit.settings import load_audit
 from undertow.campaign.audit.tables import read_table
+from undertow.campaign.config import load
 from undertow.cli import main
 from undertow.errors import ConfigError
 
@@ -36,6 +37,8 @@ def folder(tmp_path_factory):
 def test_a_config_of_recordings_is_no_audit():
     with pytest.raises(ConfigError, match=r"flume\.yaml is a config of recordings, for undertow run; an audit's has"):
         load_audit(CONFIG.with_name("flume.yaml"))
+    with pytest.raises(ConfigError, match=r"published\.yaml is a config of published tables, for undertow audit"):
+        load(CONFIG)
 
 
 def test_audit_json_has_the_contracts_names_and_a_sentence_a_table(folder):

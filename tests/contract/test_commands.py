@@ -303,6 +303,13 @@ def test_compare_puts_runs_of_one_name_side_by_side(capsys: Capture, tmp_path: P
     known = undertow(capsys, "compare", tmp_path / "c/run", tmp_path / "b/run")
     assert "not comparable" not in known.out
     assert "standard errors or more in 0" in known.out
+    equations = tmp_path / "b/run/equations.json"
+    whole = equations.read_text()
+    equations.write_text(whole[:200])
+    cut = undertow(capsys, "compare", tmp_path / "a/run", tmp_path / "b/run")
+    assert cut.code == 1
+    assert f"{equations} is not as a run writes it (JSONDecodeError); run it again" in cut.err
+    equations.write_text(whole)
     said = undertow(capsys, "compare", tmp_path / "a/run", tmp_path / "b/run", "--out", tmp_path / "no" / "both.html")
     assert said.code == 1
     assert re.search(r"undertow: .*both\.html.*: No such file or directory; check path, rights, space", said.err)
@@ -320,9 +327,13 @@ def test_compare_says_which_folder_holds_no_run(capsys: Capture, tmp_path: Path,
 def test_a_run_folder_that_is_not_there_is_wrong_usage(capsys: Capture, tmp_path: Path, words: list[str]) -> None:
     said = undertow(capsys, *words, tmp_path / "nowhere")
     assert said.code == 2
-    assert re.search(r"^undertow: run folder .*nowhere is not there; give the one that `undertow run` pri", said.err)
+    assert re.search(r"^undertow: run folder .*nowhere is not there; give that of the report that `unde", said.err)
     with pytest.raises(ConfigError, match=r"run folder .*nowhere is not there"):
         must_be_there([tmp_path / "nowhere"])
+    (tmp_path / "report.html").write_text("the line that a run ends with names this file")
+    said = undertow(capsys, *words, tmp_path / "report.html")
+    assert said.code == 2
+    assert f"report.html is a file; give the folder it stands in, {tmp_path}" in said.err
 
 
 # ---------------------------------------------------------------- fetch

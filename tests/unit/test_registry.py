@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+import sympy
 import sympy as sp
 
 from undertow.equation import registry
@@ -129,3 +130,25 @@ def test_a_law_with_states_writes_its_force_along_a_motion():
     own = type("Bent", (HiddenResonator,), {**said, "force": Term.force})
     with pytest.raises(UndertowError, match="bent_water has an expression with states or a delay; write its `force`"):
         own().force(*4 * [np.zeros(1)])
+
+
+def test_what_is_missing_bears_the_name_of_a_law_as_symmetric_as_its_own():
+    """x|x| had been "a spring stiffer to one side"."""
+    for law in registry.catalogue():
+        known = registry.row(law.missing_as) if law.missing_as else None
+        if known is not None and law.smooth and known.smooth:
+            x, v = 0.3, 0.2
+            one, other = (_odd(each, x, v) for each in (law, known))
+            assert one == other, (law.name, known.name)
+
+
+def _odd(law, x: float, v: float) -> bool:
+    """Whether a law of x and v turns with the motion."""
+    numbers = dict.fromkeys((p.name for p in law.parameters), 1.0)
+    given = sympy.sympify(law.smooth, locals={name: sympy.Symbol(name) for name in (*numbers, "x", "v")})
+    here = given.subs({**numbers, "x": x, "v": v})
+    return bool(abs(here + given.subs({**numbers, "x": -x, "v": -v})) < 1e-12)
+
+
+def test_a_curve_of_the_spring_that_is_odd_is_missing_as_an_odd_one():
+    assert registry.row("quadratic_stiffness").missing_as == "cubic_stiffness"

@@ -62,14 +62,19 @@ def test_down_to_noise_it_must_be_tied_beyond_doubt(monkeypatch):
     assert TIED_SURELY < 0.12 < TIED
 
 
-def test_a_force_that_changes_is_looked_at_where_the_record_begins(monkeypatch):
+def through(first: np.ndarray, middle: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Forces (4, 6) of these sizes where the record begins, in its middle and at its end."""
+    slope, bend = -3.0 * first + 4.0 * middle - last, 2.0 * first - 4.0 * middle + 2.0 * last
+    return np.column_stack([first, slope / TIMES[-1], bend / TIMES[-1] ** 2])
+
+
+def test_a_force_that_dies_out_is_looked_at_where_the_record_begins(monkeypatch):
     """What a memory leaves begins in units of the release; by the middle it has died out, and its phases are any."""
-    begin, middle = of_phases([0.3, 0.3, 1.0, 1.0]), of_phases([0.1, 2.0, 1.0, 4.0], 150.0)
-    slope = (middle - begin) / 5.0
-    dying = np.column_stack([begin, slope, np.zeros_like(slope)])
-    assert "tied to the release" in said(monkeypatch, dying, False, 3.0)
-    wandering = np.column_stack([of_phases([0.1, 2.0, 1.0, 4.0]), slope, np.zeros_like(slope)])
-    assert said(monkeypatch, wandering, False, 3.0) == ""
+    tied, any_ = of_phases([0.3, 0.3, 1.0, 1.0]), of_phases([0.1, 2.5, 1.0, 4.0], 300.0)
+    assert "tied to the release" in said(monkeypatch, through(tied, any_, 0.1 * any_), False, 3.0)
+    assert said(monkeypatch, through(tied, any_, 3.0 * any_), False, 3.0) == ""  # by chance it begins alike
+    assert said(monkeypatch, through(3.0 * any_, any_, 0.1 * any_), False, 3.0) == ""
+    assert "tied to the release" in said(monkeypatch, through(any_, tied, any_), False, 3.0)
 
 
 @pytest.mark.parametrize(("share", "at"), [(0.0, 0.0), (0.5, 5.0), (1.0, 10.0)])

@@ -26,6 +26,9 @@ TIED_SURELY = 0.02
 """The same share where a force beside another effect leaves no more than noise: a memory leaves hardly a tone so pure,
 but of water that radiates waves (a kernel that rings and fades) one was named whose phases agreed in 1 of 100 draws."""
 
+FADED = 1.0 / 3.0
+"""Share of its first size that a force which dies out keeps to every record's end: radiated waves kept .09 to .17."""
+
 DRAWS = 2000
 """Random phases drawn for that share."""
 
@@ -100,7 +103,10 @@ def no_clock(level: Level, fit: JointFit, force: Addend, beside: bool, before: J
     said = "" if pure else _own_motion(level, fit, force)
     said = said or ("" if level.trials == 1 and pure else _in_one_trial(level, fit, force))
     left = (beside and fit.misfit > FAR_ABOVE_NOISE) or (changes(force) and not pure)
-    return said or (_tied(level, fit, force, TIED if left else TIED_SURELY) if left or beside else "")
+    if said or not (left or beside):
+        return said
+    least = TIED if left else TIED_SURELY
+    return _tied(level, fit, force, least) or (_tied(level, fit, force, least, 0.0) if _fades(fit, force) else "")
 
 
 def _pure(fit: JointFit, before: JointFit, most: float) -> bool:
@@ -154,11 +160,18 @@ def _in_one_trial(level: Level, fit: JointFit, force: Addend) -> str:
     return f"{force.prefix} is distinct from zero in {told} of {level.trials} trials; {CLOCKED} show a clock of its own"
 
 
-def _tied(level: Level, fit: JointFit, force: Addend, least: float) -> str:
+def _fades(fit: JointFit, force: Addend) -> bool:
+    """Whether an outside force dies out along every record, as what a memory leaves does: by the middle its phases may
+    be any, and it is to be looked at where the record begins."""
+    trials = [one.name for one in fit.solution.problem.trials]
+    ends = [tuple(abs(_size(fit, force, name, share)) for share in (0.0, 1.0)) for name in trials]
+    return changes(force) and all(last < FADED * first for first, last in ends)
+
+
+def _tied(level: Level, fit: JointFit, force: Addend, least: float, at: float = 0.5) -> str:
     """Whether an outside force's phase is tied to the release on each spring, in words: sizes in units of the release
-    and phases that agree, as they do in fewer than ``least`` of random draws, are a memory's. One that changes is
-    looked at where the record begins: what a memory leaves dies out."""
-    at = 0.0 if changes(force) else 0.5
+    and phases that agree after a share ``at`` of the record, as they do in fewer than ``least`` of random draws, are a
+    memory's."""
     forces = [np.array([_size(fit, force, m.name, at) / m.amplitude for m in one.motions]) for one in level.members]
     total = sum(float(np.sum(np.abs(own) ** 2)) for own in forces)
     if total == 0.0:

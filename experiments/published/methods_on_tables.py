@@ -85,6 +85,9 @@ def exact_history(level: Level) -> tuple[tuple[float, float], tuple[float, float
 
 HEAD = """# Methods 1 and 2 on the report's own values
 
+The report is that of `data/published` (Higgin, Loyola-Romero and others, *Assessment of Hydrodynamic Properties from
+Free-Vibration Response of a Prestressed Girder Bridge Model*, 2301-10, 2026).
+
 Motions of Eq. 15 with the added masses and drag coefficients of Table 4 (long spring, release 0.108 m) and Table 6
 (short spring, 0.033 m), with k, c, mu of Tables 1 and 2, integrated exactly by scipy's DOP853 split at reversals
 (nothing of undertow), and given to both methods: what they return should be what was put in. Made by

@@ -27,7 +27,12 @@ def page(found: list[Hidden]) -> str:
     lines = [
         "# A hidden mass, and the sensor that saw it",
         "",
-        "Model building with a tuned mass damper; only the building's sensor is fitted, from 9.45 s, the hidden state",
+        "Whether a hidden mass that is found from one sensor alone moves as the sensor on it recorded: the free decay of "
+        "a model",
+        "building with a tuned mass damper (`configs/recordings/tmd_two_sensors.yaml`; the record lies beside the "
+        "repository).",
+        "",
+        "Only the building's sensor is fitted, from 9.45 s, the hidden state",
         "at that instant free. Eq. 15's terms alone reach R2 0.71 at absurd numbers (docs/recordings.md).",
         "",
         "    python -m experiments two_sensors",

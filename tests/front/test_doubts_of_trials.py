@@ -72,6 +72,7 @@ def test_motions_out_of_scale_are_doubted_where_their_unit_is_not_accepted():
     large = [one.assign(x=1e3 * one.x) for one in TABLES]
     (doubt,) = undertow.read(large, units={"x": "m"}).doubts
     assert doubt.startswith("trial trial_2 is released from 100 m and moves with")
+    assert doubt.endswith('correct units={"displacement": ...} or the unit of time, or list unit in accept=[...]')
     assert undertow.read(large, units={"x": "m"}, accept=["unit"]).doubts == ()
     slow = [one.assign(t=1e3 * one.t) for one in TABLES]
     (doubt,) = undertow.read(slow, units={"x": "m", "t": "s"}).doubts

@@ -7,7 +7,6 @@ Belongs here: what can be read, and what each trial is called. Does not belong h
 from __future__ import annotations
 
 import glob
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike, fspath
@@ -29,7 +28,7 @@ from undertow.errors import IdentificationError, RecordingError, shown
 from undertow.front.columns import Columns, Mapped, Units, mapped, numbers_of
 from undertow.front.in_memory import by_name, frame_of, is_timed, table_of, timed
 from undertow.front.known import checked, place_of
-from undertow.front.trials import Trials, first_reasons
+from undertow.front.trials import Trials, first_reasons, in_arguments
 from undertow.recording.catalogue import Entry, TimeWindow
 from undertow.recording.doubt_kinds import DOUBT_KINDS, DoubtKind
 from undertow.recording.gather import by_release
@@ -50,16 +49,6 @@ Source: TypeAlias = (
 )  # fmt: skip
 """What `read` takes: a path, glob or several; a DataFrame or several, also by name; columns by name; (X, t); recordings
 or motions."""
-
-ARGUMENTS = {
-    r" \(recordings\.exclude\)": "", r"set trials\.window\.start_s": "set window=(start_s, None)",
-    r"set trials\.window\.end_s": "set window=(None, end_s)", r"trials\.window(\.\w+)?": "window=(start_s, end_s)",
-    r'recordings\.releases: \{"[^"]*": (\[[^]]*\])\}, which undertow init and inspect write': r"releases=\1",
-    r"\{start_s: ([^,]+), end_s: ([^}]+)\}": r"(\1, \2)", r"recordings\.releases": "releases=[(start_s, end_s), ...]",
-    r"recordings\.accept": "accept=[...]", r"recordings\.channels\.(\w+)\.unit": r'units={"\1": ...}',
-    r"recordings\.channels\.(\w+)\.sign": r"the sign of \1", r"recordings\.channels\.(\w+)": r'columns={"\1": ...}',
-}
-"""Pattern of a config's key that a sentence may name -> the argument of `read` that says the same, in their order."""
 
 TABLES_SHOWN = 8
 """Tables of a file named in a message at most."""
@@ -163,14 +152,7 @@ def read(
 def _why_not(one: Checked) -> FailedTrial:
     """Why a trial is not used."""
     why = one.failed or FailedTrial(one.name, f"trial {one.name}: {one.contradiction}", one.conditions)
-    return replace(why, reason=_in_arguments(why.reason))
-
-
-def _in_arguments(sentence: str) -> str:
-    """A sentence with the arguments of `read` in place of a config's keys."""
-    for key, argument in ARGUMENTS.items():
-        sentence = re.sub(key, argument, sentence)
-    return sentence
+    return replace(why, reason=in_arguments(why.reason))
 
 
 def load(config: str | Path | RunConfig, overrides: Sequence[str] = (), jobs: int = 1) -> Trials:
@@ -345,7 +327,7 @@ def _from_memory(
     if framed:
         table, rate_hz = frame_of(one), asked.rate_hz
         if rate_hz is not None and "clock" not in asked.accept and (other := other_rate(table, rate_hz)):
-            raise RecordingError(_in_arguments(other))
+            raise RecordingError(in_arguments(other))
     else:
         X, t = one
         table, rate_hz, units = table_of(X, t, units)

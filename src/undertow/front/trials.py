@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import html
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias, overload
@@ -36,6 +37,16 @@ NAMES_SHOWN = 8
 
 REASONS_SHOWN = 2
 """Reasons why trials cannot be used, in a message at most: most trials have the same."""
+
+ARGUMENTS = {
+    r" \(recordings\.exclude\)": "", r"set trials\.window\.start_s": "set window=(start_s, None)",
+    r"set trials\.window\.end_s": "set window=(None, end_s)", r"trials\.window(\.\w+)?": "window=(start_s, end_s)",
+    r'recordings\.releases: \{"[^"]*": (\[[^]]*\])\}, which undertow init and inspect write': r"releases=\1",
+    r"\{start_s: ([^,]+), end_s: ([^}]+)\}": r"(\1, \2)", r"recordings\.releases": "releases=[(start_s, end_s), ...]",
+    r"recordings\.accept": "accept=[...]", r"recordings\.channels\.(\w+)\.unit": r'units={"\1": ...}',
+    r"recordings\.channels\.(\w+)\.sign": r"the sign of \1", r"recordings\.channels\.(\w+)": r'columns={"\1": ...}',
+}
+"""Pattern of a config's key that a sentence may name -> the argument of `read` that says the same, in their order."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -162,7 +173,8 @@ class Trials(Sequence[Motion]):
         """What may be wrong with the trials and stops nothing: channels that do not belong together or are left out, a
         motion out of scale; what is accepted is none."""
         known = {name for name, kinds in self.accepted.items() if "unit" in kinds}
-        return (*doubted(self.found, self.motions), *out_of_scale([m for m in self.motions if m.name not in known]))
+        said = (*doubted(self.found, self.motions), *out_of_scale([m for m in self.motions if m.name not in known]))
+        return said if self.config._source is not None else tuple(in_arguments(one) for one in said)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -192,6 +204,13 @@ class Trials(Sequence[Motion]):
         said = "".join(f"<p>{html.escape(one)}</p>" for one in lines)
         table: Any = self.table.to_html(border=0, float_format=lambda value: f"{value:.4g}") if self.motions else ""
         return f"<div><p>{count(len(self), 'trial')}</p>{table}{said}</div>"
+
+
+def in_arguments(sentence: str) -> str:
+    """A sentence with the arguments of `read` in place of a config's keys."""
+    for key, argument in ARGUMENTS.items():
+        sentence = re.sub(key, argument, sentence)
+    return sentence
 
 
 def first_reasons(failed: Sequence[FailedTrial]) -> str:

@@ -27,8 +27,8 @@ def page(found: list[Hidden]) -> str:
     lines = [
         "# A hidden mass, and the sensor that saw it",
         "",
-        "Whether a hidden mass that is found from one sensor alone moves as the sensor on it recorded: the free decay of "
-        "a model",
+        "Whether a hidden mass that is found from one sensor alone moves as the sensor on it recorded: the free "
+        "decay of a model",
         "building with a tuned mass damper (`configs/recordings/tmd_two_sensors.yaml`; the record lies beside the "
         "repository).",
         "",

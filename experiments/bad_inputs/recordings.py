@@ -200,7 +200,7 @@ CASES = (
     Case("a pickle", named("r.pkl"), r"\.pkl can carry code and is never read"),
     Case("a NumPy file", named("r.npy"), r"\.npy can carry code and is never read"),
     Case("an old workbook", named("r.xls"), r"no reader for '\.xls'; .*save it as \.xlsx"),
-    Case("an archive", named("r.zip"), r"no reader for '\.zip'; .*unpack it"),
+    Case("an archive", named("r.zip"), r"r\.zip: is an archive, and no archive is opened; unpack it"),
     Case("no suffix", named("recording"), r"no reader for 'a name without suffix'|name without suffix"),
     Case("a folder as a recording", lambda f: (f / "r01").mkdir() or edit(f / "campaign.csv", "r00.csv", "r01"),
          r"r01 is (a folder|not there)", USAGE),

@@ -87,7 +87,11 @@ def test_a_force_whose_phase_goes_with_the_release_is_what_the_other_effect_leav
     tied = doubt(level, forced(level, 3000.0 * released, np.full(released.size, 0.4)))
     assert "tied to the release: phases and sizes agree in all trials by 100 %" in tied
     pure = doubt(level, forced(level, 3000.0 * released, np.full(released.size, 0.4), left=FAR_ABOVE_NOISE))
-    assert pure == "", "three phases agree by chance; what a memory leaves is no pure tone"
+    assert pure == tied, "exactly alike in units of the release: no draw of a thousand is"
+    alike = np.array([0.1, 0.9, 1.3])
+    assert "tied to the release" in doubt(level, forced(level, 3000.0 * released, alike))
+    nearly = doubt(level, forced(level, 3000.0 * released, alike, left=FAR_ABOVE_NOISE))
+    assert nearly == "", "three phases agree by chance; what a memory leaves is hardly a pure tone"
     own = doubt(level, forced(level, np.full(released.size, 60.0), 2.0 * np.pi * np.arange(released.size) / 3.0))
     assert own == ""
     once = doubt(level, forced(level, np.array([60.0, 0.0, 0.0]), np.zeros(released.size)))

@@ -331,9 +331,10 @@ def test_a_run_folder_that_is_not_there_is_wrong_usage(capsys: Capture, tmp_path
     with pytest.raises(ConfigError, match=r"run folder .*nowhere is not there"):
         must_be_there([tmp_path / "nowhere"])
     (tmp_path / "report.html").write_text("the line that a run ends with names this file")
-    said = undertow(capsys, *words, tmp_path / "report.html")
-    assert said.code == 2
-    assert f"report.html is a file; give the folder it stands in, {tmp_path}" in said.err
+    if words != ["open"]:  # which takes the page itself as well
+        said = undertow(capsys, *words, tmp_path / "report.html")
+        assert said.code == 2
+        assert f"report.html is a file; give the folder it stands in, {tmp_path}" in said.err
 
 
 # ---------------------------------------------------------------- fetch

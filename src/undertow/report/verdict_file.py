@@ -149,13 +149,10 @@ def _text(value: Mapping[str, Any]) -> str:
 
 
 def must_be_there(runs: Sequence[Path]) -> None:
-    """ConfigError where one of these run folders is not there, or is no folder."""
+    """ConfigError where one of these run folders is not there."""
     gone = next((run for run in runs if not run.exists()), None)
     if gone is not None:
         raise ConfigError(f"run folder {gone} is not there; give that of the report that `undertow run` ends with")
-    file = next((run for run in runs if not run.is_dir()), None)
-    if file is not None:
-        raise ConfigError(f"run folder {file} is a file; give the folder it stands in, {file.parent}")
 
 
 @contextmanager
@@ -165,6 +162,9 @@ def as_runs_write_them(runs: Sequence[Path], file: str = "verdict.json") -> Iter
     Raises UndertowError where a value is missing or of another kind than a run writes, as `must_be_there`.
     """
     must_be_there(runs)
+    page = next((run for run in runs if not run.is_dir()), None)
+    if page is not None:
+        raise ConfigError(f"run folder {page} is a file; give the folder it stands in, {page.parent}")
     try:
         yield
     except UndertowError:

@@ -13,7 +13,7 @@ from typing import Any, Unpack, cast
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from undertow.campaign.driven.run import sentence_of
 from undertow.comparison.discover import Discovery as Estimator
@@ -206,10 +206,6 @@ class Discover(FoundEquation, Estimator):
         if u is not None:
             return self._driven().simulate(x0, cast(ArrayLike, t), u, v0=v0)
         return super().simulate(x0, t, v0=v0, duration_s=duration_s, rate_hz=rate_hz)
-
-    def get_feature_names_out(self, input_features: object = None) -> NDArray[np.object_]:
-        """Names of the terms that were kept."""
-        return np.array([term.name for term in self.terms_], dtype=object)
 
     def confidence_interval(self, level: float = INTERVAL_LEVEL) -> pd.DataFrame:
         """Columns low and high, one row a number."""

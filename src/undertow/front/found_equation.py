@@ -68,6 +68,10 @@ class FoundEquation(HandOver):
         """Names of the equation's terms."""
         return [term.name for term in self.equation.terms]
 
+    def get_feature_names_out(self, input_features: object = None) -> NDArray[np.object_]:
+        """The same as an array, as scikit-learn asks for them."""
+        return np.array(self.get_feature_names(), dtype=object)
+
     def simulate(
         self, x0: ArrayLike, t: ArrayLike | None = None, *, v0: float | None = None, duration_s: float | None = None,
         rate_hz: float | None = None,
@@ -115,10 +119,6 @@ class FoundNumbers(FoundEquation):
     def confidence_interval(self, level: float = INTERVAL_LEVEL) -> pd.DataFrame:
         """Columns low and high, one row a parameter."""
         return parameter_table(self.estimates, level)[["low", "high"]]
-
-    def get_feature_names_out(self, input_features: object = None) -> NDArray[np.object_]:
-        """Names of the equation's terms, as scikit-learn asks for them."""
-        return np.array([term.name for term in self.equation.terms], dtype=object)
 
     def predict(self, trials: Any = None, **settings: Any) -> Prediction:
         """The equation run free on trials or from ``x0``, with a 90 % band; see `undertow.predict`."""

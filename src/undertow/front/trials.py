@@ -18,7 +18,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from undertow.campaign.config import RunConfig
-from undertow.campaign.run.checking import LEFT_OUT, doubted
+from undertow.campaign.run.checking import doubted
 from undertow.conditioning.agreement import Disagreement
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
@@ -27,7 +27,7 @@ from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import condition_words, count, group_title
 from undertow.errors import RecordingError
 from undertow.recording.conditions import same_condition
-from undertow.recording.recording import Condition, Recording
+from undertow.recording.recording import LEFT_OUT, Condition, Recording
 from undertow.report.trial_curves import Axes, draw_recording, new_axes
 
 _Several: TypeAlias = list[Any] | tuple[Any, ...] | NDArray[Any]

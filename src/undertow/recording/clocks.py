@@ -16,7 +16,7 @@ import numpy as np
 
 from undertow.recording.noise import noise
 from undertow.recording.quality import GAP_STEPS
-from undertow.recording.recording import Array
+from undertow.recording.recording import LEFT_OUT, Array
 
 HALF_WIDTH = 16
 """Samples either side of an instant that it is interpolated from: wider gains nothing below `BAND_SHARE`."""
@@ -59,14 +59,14 @@ def placed(name: str, time: Array, values: Array, at: Array, of: str) -> Placed:
     time, values = time[known], values[known]
     if time.size < 2 or not np.all(np.diff(time) > 0.0):
         why = "has no values" if time.size < 2 else "has a time that does not increase"
-        return Placed(None, f"{name} {why}: left out in this trial")
+        return Placed(None, f"{name} {why}: {LEFT_OUT}")
     step, usual = float(np.median(np.diff(time))), float(np.median(np.diff(at)))
     nearest = np.clip(np.searchsorted(time, at - 0.5 * step), 0, time.size - 1)
     if np.all(np.abs(time[nearest] - at) <= SAME_INSTANTS * step):
         return Placed(values[nearest], "")
     if usual < AS_FAST * step:
         return Placed(None, (
-            f"{name} was recorded at {1.0 / step:.5g} Hz and {of} at {1.0 / usual:.5g} Hz: left out in this trial, "
+            f"{name} was recorded at {1.0 / step:.5g} Hz and {of} at {1.0 / usual:.5g} Hz: {LEFT_OUT}, "
             f"because values between its samples would count as measured; thin out {of} if it is needed"
         ))  # fmt: skip
     out = np.full(at.size, np.nan)
@@ -85,7 +85,7 @@ def placed(name: str, time: Array, values: Array, at: Array, of: str) -> Placed:
     if linear > noise(values):
         return Placed(None, (
             f"{name} has uneven time steps, between which it may differ by {linear:.2g} from a straight line, more "
-            f"than its noise of {noise(values):.2g} (SI): left out in this trial"
+            f"than its noise of {noise(values):.2g} (SI): {LEFT_OUT}"
         ))  # fmt: skip
     how = (
         f"linearly, to {linear:.2g} (SI)" if linear

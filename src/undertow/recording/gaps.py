@@ -14,7 +14,7 @@ import numpy as np
 from undertow.errors import RecordingError
 from undertow.recording.channels import TimeWindow
 from undertow.recording.clipping import runs
-from undertow.recording.recording import Array
+from undertow.recording.recording import LEFT_OUT, Array
 from undertow.recording.spikes import Mask
 
 MOST_MISSING = 0.2
@@ -98,12 +98,12 @@ def _lacks(primary_values: Array, finite: Mask, needed: Mask, name: str, primary
     count, of = int(np.count_nonzero(lacking)), int(np.count_nonzero(needed))
     if count > MOST_MISSING_BESIDE * of:
         what = "has no values" if count == of else f"lacks {count} of {of} values"
-        return f"{name} {what}: left out in this trial"
+        return f"{name} {what}: {LEFT_OUT}"
     there = np.flatnonzero(needed & finite)
     before = primary_values[: there[0]][needed[: there[0]]]
     moves = primary_values[needed]
     if before.size and float(np.ptp(before)) > STILL_SHARE * float(np.ptp(moves)):
-        return f"{name} begins {before.size} samples after {primary}, which moves before: left out in this trial"
+        return f"{name} begins {before.size} samples after {primary}, which moves before: {LEFT_OUT}"
     return ""
 
 

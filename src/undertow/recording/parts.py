@@ -20,7 +20,7 @@ from undertow.errors import MisnamedError, RecordingError
 from undertow.recording.channels import LARGEST, ChannelSpec, TimeSpec
 from undertow.recording.layout import Column, FileFormat
 from undertow.recording.readers import read_table
-from undertow.recording.recording import Array, Coordinate
+from undertow.recording.recording import LEFT_OUT, Array, Coordinate
 from undertow.recording.spikes import despike
 from undertow.recording.stamps import must_be_seconds, must_hold_no_stamps
 from undertow.recording.units import ARBITRARY_LENGTHS, to_si
@@ -91,7 +91,7 @@ def read_parts(channels: Mapping[str, ChannelSpec], where: Where) -> tuple[list[
         except RecordingError as error:
             if not followed:
                 raise
-            notes.append(f"{', '.join(specs)} left out in this trial: {error}")
+            notes.append(f"{', '.join(specs)} {LEFT_OUT}: {error}")
             continue
         parts.append(part)
         notes += said
@@ -159,7 +159,7 @@ def _table(
         if not kept or not (followed or any(name in kept for name in FOLLOWED)):
             raise
         lost = ", ".join(name for name in specs if name not in kept)
-        note = f"{lost} left out in this trial: {error}"
+        note = f"{lost} {LEFT_OUT}: {error}"
         return read_table(path, layout, _columns(always, kept.values()), trial), kept, (note,)
 
 

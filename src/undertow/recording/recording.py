@@ -20,6 +20,9 @@ from undertow.quantities import read_only_mapping
 Array = NDArray[np.float64]
 Condition = str | float
 Coordinate = Literal["translation", "rotation"]
+LEFT_OUT = "left out in this trial"
+"""Words of a note that one of a recording's channels could not be used."""
+
 COORDINATES: tuple[Coordinate, ...] = get_args(Coordinate)
 
 CHANNELS: Mapping[str, tuple[str, str]] = MappingProxyType(

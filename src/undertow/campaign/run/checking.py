@@ -33,13 +33,10 @@ from undertow.recording.catalogue import EVERYTHING, Catalogue, Entry, TimeWindo
 from undertow.recording.copies import copies
 from undertow.recording.noise import noise
 from undertow.recording.quality import doubts
-from undertow.recording.recording import Condition, Recording
+from undertow.recording.recording import LEFT_OUT, Condition, Recording
 
 CONTRADICTED_SHARE = 0.5
 """Share of a group's trials whose contradictions are the group's: more than single trials, the same mistake in most."""
-
-LEFT_OUT = "left out in this trial"
-"""Words of a recording's note that one of its channels could not be used."""
 
 GROUPS_NAMED = 5
 """Groups of which a message that stops the run gives one trial's sentence."""

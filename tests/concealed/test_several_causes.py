@@ -81,7 +81,7 @@ def test_what_dry_trials_cannot_tell_apart_water_does_not_tell_apart_either():
     assert _beside_unknown([replace(dry, dry=False)], [first])[0].dry_rivals == ()
     (said,) = judge([wet], LIKE_IT, standing_addends([first]))
     assert (said.status, said.verdict, said.alternatives) == ("not_identifiable", ("cubic_stiffness",), rivals)
-    assert "cannot tell it from stiffness with the fifth power of the displacement; something that nobody knows" in (
+    assert "cannot tell it from stiffness with the fifth power of the displacement or something that nobody knows" in (
         said.sentence
     )
     (left,) = (gate for gate in said.decision if gate.gate == "left_above_noise")

@@ -12,7 +12,7 @@ from undertow.comparison.clock import changes
 from undertow.comparison.level import Addend
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.naming import in_words
-from undertow.discrepancy.words import percent
+from undertow.discrepancy.words import either, least_sets, percent
 from undertow.quantities import Estimate
 
 EXPLAINS, TOGETHER = " explains it", " together explain it"
@@ -47,8 +47,9 @@ def sentence_of(
         said = " and ".join(n.replace("_", " ") for n in known)
         parts.append(f"The dry trials need {said} already: it belongs to the rig, not to the water.")
     if rivals:
-        others = "; ".join(" and ".join(in_words(n, case.in_water) for n in names) for names in rivals)
-        parts.append(f"The data cannot tell it from {others}.")
+        _, *others = least_sets([names, *rivals])
+        said = either([" and ".join(in_words(n, case.in_water) for n in one) for one in others])
+        parts.append(f"The data cannot tell it from {said}.")
     if math.isfinite(held) and math.isfinite(case.baseline.held_out_nrmse):
         number = len(case.held)
         fitted = ", with only that trial's size and phase of the force fitted," if own else ""

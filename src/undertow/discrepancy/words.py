@@ -7,7 +7,8 @@ parameters (report/wording.py).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 
 from undertow.recording.recording import Condition
 
@@ -89,3 +90,26 @@ def count(number: int, singular: str) -> str:
     ('1 trial', '4 trials')
     """
     return f"{number} {singular}" if number == 1 else f"{number} {singular}s"
+
+
+def least_sets(sets: Sequence[Sequence[str]]) -> list[Sequence[str]]:
+    """Sets of names of which the data cannot tell which: the first, and of the others those that hold no smaller one.
+
+    What may be there beside a rival that is enough by itself is no other answer; all of them stand in verdict.json.
+
+    >>> least_sets([["drag"], ["echo", "memory"], ["memory"], ["drag", "echo"]])
+    [['drag'], ['memory']]
+    """
+    first, *others = sets
+    return [first, *(one for one in others if not any(Counter(less) < Counter(one) for less in sets if less))]
+
+
+def either(answers: Sequence[str]) -> str:
+    """Answers of which one holds, each of which may have an "and" of its own.
+
+    >>> either(["drag"]), either(["drag", "echo"]), either(["drag", "echo", "memory and echo"])
+    ('drag', 'drag or echo', 'drag, echo, or memory and echo')
+    """
+    if len(answers) < 3:
+        return " or ".join(answers)
+    return f"{', '.join(answers[:-1])}, or {answers[-1]}"

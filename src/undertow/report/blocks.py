@@ -14,7 +14,7 @@ from undertow.discrepancy.calibration import record_of
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.verdict import Described, Verdict
-from undertow.discrepancy.words import count, group_title, percent
+from undertow.discrepancy.words import count, either, group_title, least_sets, percent
 from undertow.quantities import OK, Estimate, format_number, unit_in_rotation
 from undertow.report import behind, wording
 from undertow.report.arrange import agreement, spanning_conditions
@@ -70,10 +70,12 @@ def named_effects(verdict: Verdict) -> str:
 
 
 def rival_words(verdict: Verdict) -> tuple[str, ...]:
-    """Sets of effects that the data cannot tell from the verdict's; none where it can."""
+    """Sets of effects that the data cannot tell from the verdict's, without those that hold a smaller one; none where
+    it can."""
     if verdict.status != "not_identifiable":
         return ()
-    return tuple(wording.effects_words(names) for names in verdict.alternatives)
+    _, *others = least_sets((verdict.verdict, *verdict.alternatives))
+    return tuple(wording.effects_words(names) for names in others)
 
 
 def status_words(verdict: Verdict) -> str:
@@ -82,7 +84,7 @@ def status_words(verdict: Verdict) -> str:
     if verdict.status == "unknown":
         return f"{named} + unknown" if named else wording.STATUS_WORDS["unknown"]
     if verdict.status == "not_identifiable" and named:
-        return f"{wording.STATUS_WORDS[verdict.status]}: {' or '.join((named, *rival_words(verdict)))}"
+        return f"{wording.STATUS_WORDS[verdict.status]}: {either((named, *rival_words(verdict)))}"
     return f"{wording.STATUS_WORDS[verdict.status]} {named}".strip() if named else wording.STATUS_WORDS[verdict.status]
 
 
@@ -156,7 +158,7 @@ def identity(group: GroupFindings, anchor: str) -> dict[str, Any]:
         "anchor": anchor,
         "dry": group.dry,
         "status": status_words(verdict),
-        "names": " or ".join((named_effects(verdict), *rival_words(verdict))) if named_effects(verdict)
+        "names": either((named_effects(verdict), *rival_words(verdict))) if named_effects(verdict)
         else status_words(verdict),
         "tone": tone(verdict),
     }
@@ -234,7 +236,8 @@ def verdict_block(verdict: Verdict) -> Block:
         "confidence": "" if few_words(verdict) else likelihood_words(verdict),
         "record": record_words(verdict),
         "posterior": behind.posterior_words(verdict),
-        "rivals": " or ".join(rival_words(verdict)),
+        "named": named_effects(verdict),
+        "rivals": either(rival_words(verdict)),
         "rivals_said": "cannot tell it from" in verdict.sentence,
         "origin": "" if verdict.origin == "undetermined" else verdict.origin,
         "check": check.because if math.isfinite(check.expected) or check.agrees is not None else "",

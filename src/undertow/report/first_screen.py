@@ -15,7 +15,7 @@ from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.naming import in_words
 from undertow.discrepancy.repaired import named_laws
 from undertow.discrepancy.verdict import Verdict
-from undertow.discrepancy.words import condition_words, percent
+from undertow.discrepancy.words import condition_words, either, least_sets, percent
 from undertow.report.arrange import Span, spanning_conditions
 from undertow.report.behind import adjusted_words, allowed_words
 from undertow.report.blocks import NO_BREAK, Block, as_measured_words, errors_of, few_words, identity, likelihood_words
@@ -120,8 +120,9 @@ def _what(verdict: Verdict) -> str:
     if verdict.status == "unknown":
         return f"nothing that was tried is proved to be all that is missing; what comes closest is {names}"
     if verdict.status == "not_identifiable":
-        others = (" and ".join(_words(name, verdict) for name in rival) for rival in verdict.alternatives)
-        return f"the equation leaves out {' or '.join((names, *others))}; the data cannot tell which"
+        _, *others = least_sets((verdict.verdict, *verdict.alternatives))
+        rivals = (" and ".join(_words(name, verdict) for name in rival) for rival in others)
+        return f"the equation leaves out {either((names, *rivals))}; the data cannot tell which"
     return f"the equation leaves out {names}"
 
 

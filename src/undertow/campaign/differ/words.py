@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from undertow.discrepancy.difference import Difference
 from undertow.discrepancy.naming import in_words
-from undertow.discrepancy.words import percent
+from undertow.discrepancy.words import either, least_sets, percent
 from undertow.report.wording import parameter_name
 
 LET_GO = "let go like the recording, its equation"
@@ -56,11 +56,12 @@ def _what(d: Difference) -> str:
         words[-1] += " (the closest of what was tried: one recording does not prove it)"
     if "unknown" in d.lacks:
         words.append("something that no suspect explains")
-    rivals = [listed_in_words(names) for names in d.recording.verdict.alternatives]
+    said = d.recording.verdict
+    rivals = [listed_in_words(names) for names in least_sets((said.verdict, *said.alternatives))[1:]]
     if words:
         text = f"lacks {' and '.join(words)}"
         if rivals and names and not d.by_equation:
-            text += f" (this recording cannot tell that from {'; '.join(rivals)})"
+            text += f" (this recording cannot tell that from {either(rivals)})"
     else:
         text = "lacks no law that this recording shows"
     far = [parameter_name(r.name).words for r in d.rows if r.sigmas > FAR]

@@ -16,7 +16,7 @@ from undertow.campaign.config import RunConfig
 from undertow.campaign.run.portions import group_order
 from undertow.discrepancy.drifts import group_drifts, springs_apart
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
-from undertow.discrepancy.words import count, group_title
+from undertow.discrepancy.words import count, either, group_title, least_sets
 from undertow.report.arrange import chosen, excess
 from undertow.report.extent import Extent
 from undertow.report.tables import NOTES_AT_MOST
@@ -142,7 +142,7 @@ def _names(group: GroupFindings) -> list[str]:
     """What a group's verdict names, in words, each once; names that are not certain stand together."""
     verdict = group.verdict
     if verdict.status == "not_identifiable":
-        return [" or ".join(" and ".join(_words(names)) for names in (verdict.verdict, *verdict.alternatives))]
+        return [either([" and ".join(_words(n)) for n in least_sets((verdict.verdict, *verdict.alternatives))])]
     if verdict.status == "unknown" and (named := _words(n for n in verdict.verdict if n != "unknown")):
         return [f"something unknown beside or instead of {' and '.join(named)}"]
     return _words(verdict.verdict if verdict.status != "present_but_small" else ())

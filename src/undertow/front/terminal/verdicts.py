@@ -20,7 +20,7 @@ from undertow.campaign.run.folder import DOUBTS_PRINTED, Finished
 from undertow.discrepancy.calibration import conditions_of, record_for
 from undertow.discrepancy.findings import Findings
 from undertow.discrepancy.verdict import Described
-from undertow.discrepancy.words import count, group_title, percent
+from undertow.discrepancy.words import count, either, group_title, least_sets, percent
 from undertow.front.terminal.table import table_text
 from undertow.quantities import or_nan
 from undertow.report.blocks import errors_of, no_gain_words
@@ -99,9 +99,10 @@ def missing_words(entry: Entry) -> str:
     """What is named, and the rivals that cannot be excluded.
 
     >>> missing_words({"verdict": ["hidden_resonator"], "alternatives": [["relaxation"]]})
-    'hidden resonator, or relaxation'
+    'hidden resonator or relaxation'
     """
-    return ", or ".join(effects_words(names) for names in (entry["verdict"], *entry["alternatives"]) if names) or "-"
+    sets = [names for names in (entry["verdict"], *entry["alternatives"]) if names]
+    return either([effects_words(names) for names in least_sets(sets)]) if sets else "-"
 
 
 def probability_words(entry: Entry) -> str:

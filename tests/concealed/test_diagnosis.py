@@ -197,7 +197,7 @@ def test_a_search_whose_budget_ends_decides_by_what_it_has_tried(monkeypatch):
     whole = diagnose(level, [*damping, *rest])
     assert whole.best.names == ("linear_damping",)
     assert whole.unfinished == ()
-    monkeypatch.setattr(search.attempt, "LEVEL_BUDGET", 180.0)
+    monkeypatch.setattr(search.attempt, "LEVEL_BUDGET", 130.0)
     cut = diagnose(level, [*damping, *rest])
     assert cut.best.names == ("linear_damping",)
     assert "further effects" in cut.unfinished

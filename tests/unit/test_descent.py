@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -194,3 +195,45 @@ def test_an_unknown_that_is_held_does_not_move():
     here = Here(np.diag([4.0, 9.0]), np.array([4.0, 9.0]), 1.0)
     step = damped_step(here, 1.0, np.array([True, False]), np.array([0.5, 1.0 / 3.0]))
     assert step.tolist() == [-0.5, 0.0]  # damping 1 halves the step of -1
+
+
+def test_a_step_that_led_up_is_followed_by_one_at_most_half_so_long():
+    def bent(values):
+        return np.arctan(values)
+
+    def slope(values):
+        return np.diag(1.0 / (1.0 + values**2))
+
+    seen = []
+    end = search(bent, slope, (3.0,), bounds=(np.full(1, -math.inf), np.full(1, math.inf)), seen=seen)
+    away = [abs(float(values[0]) - 3.0) for values in seen]
+    up = [abs(math.atan(float(values[0]))) > math.atan(3.0) for values in seen]
+    first_down = up.index(False)
+    assert first_down > 0
+    assert all(after <= 0.5 * before for before, after in pairwise(away[: first_down + 1]))
+    assert first_down < 6  # of a damping that grows from 1e-6 by eights it took nine
+    assert end.values == pytest.approx([0.0], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("slope", "next_damping"), [(1.0, 1e-3), (0.6, 1e-2), (0.52, 4e-2)], ids=["foretold", "partly", "hardly"]
+)
+def test_damping_falls_stays_or_grows_by_how_much_of_what_was_foretold_was_gained(slope, next_damping):
+    # residuals are the values themselves; a slope that is too small makes a step 1 / slope times too long, which gains
+    # 1, 0.56 and 0.15 of what the normal equations promise
+    seen = []
+    rule = replace(RULE, damping=1e-2, iterations=2)
+    search(lambda values: 1.0 * values, lambda values: slope * np.eye(2), (1.0, 1.0), rule=rule, seen=seen)
+    first, second = (float(values[0]) for values in seen)
+    assert first == pytest.approx(1.0 - 1.0 / (slope * 1.01), rel=1e-9)
+    assert second / first == pytest.approx(1.0 - 1.0 / (slope * (1.0 + next_damping)), rel=1e-6, abs=1e-9)
+
+
+def test_an_end_that_need_not_be_proved_is_not_looked_at():
+    seen, unproved = [], []
+    rule = replace(RULE, damping=1e-12, stop=1e-3)
+    proved = search(linear, slopes, (5.0, -7.0), rule=rule, seen=seen)
+    other = search(linear, slopes, (5.0, -7.0), rule=replace(rule, proved=False), seen=unproved)
+    assert (len(seen), len(unproved)) == (2, 1)
+    assert (proved.converged, other.converged) == (True, True)
+    assert other.values == pytest.approx(proved.values, abs=1e-9)

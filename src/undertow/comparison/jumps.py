@@ -46,7 +46,7 @@ def without_jumps(level: Level, problem: Problem) -> Problem:
 def released(motion: Motion, cells: Array, width_s: float) -> np.ndarray:
     """Cells (n,), given by their centres, within a sample of which a body that was held may have been let go, (n,): the
     mean over samples of which some are before and some after is that of no instant in between."""
-    near = 0.5 * width_s + float(np.median(np.diff(motion.t))) + RELEASE_WITHIN * motion.window.release_stderr_s
+    near = 0.5 * width_s + motion.step_s + RELEASE_WITHIN * motion.window.release_stderr_s
     return np.asarray(motion.window.held & (cells <= near))
 
 
@@ -62,7 +62,7 @@ def turning(motion: Motion, cells: Array, width_s: float) -> np.ndarray:
     sign = np.sign(motion.v)
     last = np.flatnonzero(sign[1:] * sign[:-1] <= 0.0)
     turns = 0.5 * (motion.t[last] + motion.t[last + 1])
-    near = 0.5 * width_s + float(np.median(np.diff(motion.t)))
+    near = 0.5 * width_s + motion.step_s
     turns = turns[turns <= cells[-1] + near]
     if not turns.size:
         return np.zeros(cells.size, dtype=bool)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
@@ -73,6 +74,11 @@ class Motion:
                 f"trial {self.name}: no sample lies in the motion window {self.window.start_s:g} to "
                 f"{self.window.end_s:g} s; set trials.window for it"
             )
+
+    @cached_property
+    def step_s(self) -> float:
+        """Median step between samples, s."""
+        return float(np.median(np.diff(self.t)))
 
     @property
     def name(self) -> str:

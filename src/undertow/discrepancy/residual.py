@@ -74,7 +74,7 @@ class ResidualForce:
 
 def even_motion(motion: Motion) -> EvenMotion:
     """A trial's smoothed motion about its rest position on even steps of its own median step."""
-    step = float(np.median(np.diff(motion.t)))
+    step = motion.step_s
     t = np.arange(motion.t[0], motion.t[-1] + 0.5 * step, step)
 
     def even(values: Array) -> Array:

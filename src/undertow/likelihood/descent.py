@@ -34,6 +34,18 @@ LEAST_DAMPING = 1e-15
 RAISED_DAMPING = 1e-6
 """What damping is raised to, at least, after a step that led up."""
 
+SHORTENED = 0.5
+"""A step that led up is followed by one at most so long, in standard errors: from where it was nothing, damping has to
+grow a thousandfold before it is felt, and each time in between would be the same step once more."""
+
+POORLY_FORETOLD = 0.25
+WELL_FORETOLD = 0.75
+"""Shares of the gain that the normal equations foretell, below which damping grows for the next step, and above which
+it becomes less (Marquardt's rule, as in More 1978, doi:10.1007/BFb0067700)."""
+
+HELD_BACK = 4.0
+"""By what damping grows there."""
+
 MOST_DAMPING = 1e12
 """Damping at which no step leads down any more: rounding is all that is left."""
 
@@ -63,7 +75,8 @@ class Rule:
 
     It ends where no unknown moves by more than ``stop``: in its own standard errors, or, ``in_own_unit``, as it is.
     ``damping`` is the first, relative to the diagonal; a step that leads down multiplies it by ``lower``, another by
-    ``higher``. ``farthest`` is the most that any unknown moves at once.
+    ``higher``. ``farthest`` is the most that any unknown moves at once. The last step, shorter than ``stop``, is taken
+    and looked at where the end is to be ``proved``; else the search ends before it.
     """
 
     iterations: int
@@ -73,6 +86,7 @@ class Rule:
     higher: float = 8.0
     farthest: float = np.inf
     in_own_unit: bool = False
+    proved: bool = True
 
 
 @dataclass(frozen=True)
@@ -105,26 +119,52 @@ def descend(
     damping = rule.damping
     for iteration in range(1, rule.iterations + 1):
         scale = 1.0 / np.sqrt(np.maximum(np.diag(place.normal), LEAST_DIAGONAL))
-        pinned = ((values <= lower) & (place.gradient > 0.0)) | ((values >= upper) & (place.gradient < 0.0))
-        step = np.clip(damped_step(place, damping, ~pinned, scale), -rule.farthest, rule.farthest)
-        ahead = np.clip(values + step, lower, upper)
+        free = ~(((values <= lower) & (place.gradient > 0.0)) | ((values >= upper) & (place.gradient < 0.0)))
+        step = damped_step(place, damping, free, scale)
+        ahead = np.clip(values + np.clip(step, -rule.farthest, rule.farthest), lower, upper)
         moved = float(np.max(np.abs(ahead - values) / (1.0 if rule.in_own_unit else scale)))
         wide = widened(place) if widened else 1.0
         still = moved < rule.stop * math.sqrt(wide)
+        if still and not rule.proved and damping <= rule.damping:
+            return Descent(values, place, iteration, True)
         candidate = evaluate(ahead, place.cost * (1.0 + ROUNDING))
         if candidate is not None:
             gained = place.cost - candidate.cost
+            damping = _after_a_gain(damping, gained, _foretold(place, ahead - values), rule)
             values, place = ahead, candidate
-            damping = max(damping * rule.lower, LEAST_DAMPING)
             least = max(LEAST_RELATIVE_GAIN * place.cost, wide * rule.stop**2 if widened else 0.0)
             cut_short = widened is not None and gained > wide  # by damping: a step of one standard error gains as much
             if gained < least or (still and not cut_short):
                 return Descent(values, place, iteration, True)
         else:
-            damping = max(damping * rule.higher, RAISED_DAMPING)
+            damping = _after_a_loss(place, damping, free, scale, step, rule)
             if still or damping > MOST_DAMPING:
                 return Descent(values, place, iteration, True)
     return Descent(values, place, rule.iterations, False)
+
+
+def _foretold(place: Normals, step: Array) -> float:
+    """By how much the cost should fall with a step, were it the parabola that it touches at a place."""
+    return -float(step @ (2.0 * place.gradient + place.normal @ step))
+
+
+def _after_a_gain(damping: float, gained: float, foretold: float, rule: Rule) -> float:
+    """Damping after a step that led down."""
+    if gained < POORLY_FORETOLD * foretold:
+        return damping * HELD_BACK
+    return max(damping * rule.lower, LEAST_DAMPING) if gained >= WELL_FORETOLD * foretold else damping
+
+
+def _after_a_loss(
+    place: Normals, damping: float, free: np.ndarray, scale: Array, step: Array, rule: Rule
+) -> float:
+    """Damping after a step that led up: the next one is at most `SHORTENED` of it."""
+    length = float(np.linalg.norm(step / scale))
+    while damping <= MOST_DAMPING:
+        damping = max(damping * rule.higher, RAISED_DAMPING)
+        if np.linalg.norm(damped_step(place, damping, free, scale) / scale) <= SHORTENED * length:
+            break
+    return damping
 
 
 def damped_step(place: Normals, damping: float, free: np.ndarray, scale: Array) -> Array:

@@ -177,14 +177,14 @@ class SearchEffort:
 
 
 FULL = SearchEffort()
-QUICK = SearchEffort(12, 0.05, steps_a_period=24)
-"""Enough to tell a good start from a bad one; motions are within 3e-6 of the release."""
+QUICK = SearchEffort(10, 0.05, steps_a_period=18)
+"""Enough to tell a good start from a bad one; motions are within 1e-5 of the release."""
 
 CLOSE = SearchEffort(stop_in_stderr=0.01)
 """Enough to compare models: a hundredth of a standard error changes a log evidence by 1e-4."""
 
 COARSE = SearchEffort(stop_in_stderr=0.05, as_left=True, steps_a_period=24)
-"""Enough to find what noise a model leaves: as QUICK, but followed to where it comes to rest."""
+"""Enough to find what noise a model leaves: followed to where it comes to rest; motions within 3e-6 of the release."""
 
 
 def _search(problem: Problem, values: Array, effort: SearchEffort = FULL) -> Descent[_Point]:
@@ -203,7 +203,8 @@ def _search(problem: Problem, values: Array, effort: SearchEffort = FULL) -> Des
             f"output error cannot start: the equation's motion leaves every bound for {_some(names)}; set "
             "trials.window, exclude what is no decay, or leave out a term"
         )
-    rule = Rule(effort.iterations, effort.stop_in_stderr, FIRST_DAMPING)
+    proved = effort.stop_in_stderr <= STOP_IN_STDERR
+    rule = Rule(effort.iterations, effort.stop_in_stderr, FIRST_DAMPING, proved=proved)
     evaluate = partial(_evaluate, problem)
     if not effort.as_left:
         return descend(evaluate, values, point, (lower, upper), rule)

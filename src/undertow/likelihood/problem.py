@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from undertow.conditioning.motion import Motion
-from undertow.conditioning.period import dominant_period
+from undertow.conditioning.period import KEPT, dominant_period
 from undertow.equation.input import Drive, MotionSize
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import PlacedTerm
@@ -26,8 +26,8 @@ from undertow.recording.recording import Array
 SAMPLES_PER_PERIOD = 50
 """Cells a period that samples are averaged into: averaging to 100 Hz at 2 Hz loses nothing (cell's mean compared)."""
 
-TRAJECTORY_STEPS_PER_PERIOD = 40
-"""Largest step in fits: error under 1e-7 of x0 (docs/performance_measured.md), far below any sensor."""
+TRAJECTORY_STEPS_PER_PERIOD = 30
+"""Largest step in fits: error under 1e-6 of x0 (docs/performance_measured.md), far below any sensor."""
 
 
 EVEN = 1e-4
@@ -222,6 +222,7 @@ def _samples_a_cell(motion: Motion, period_s: float, dt: float) -> float:
     return 1.0 if quiet and wanted < FEW else wanted
 
 
+@lru_cache(KEPT)
 def cells(motion: Motion, period_s: float, end_s: float = math.inf) -> tuple[np.ndarray, int]:
     """Indices (n_cells, m) of the window's samples, m consecutive ones a cell, and m (`COARSE`: else one).
 
@@ -229,7 +230,7 @@ def cells(motion: Motion, period_s: float, end_s: float = math.inf) -> tuple[np.
     which samples are missing are left out: the mean of what is left is of no span of the motion. Raises
     IdentificationError where fewer than 20 cells are left.
     """
-    dt = float(np.median(np.diff(motion.t)))
+    dt = motion.step_s
     # a sample stands for half a step before it too: that of the first one must lie in the motion
     chosen = np.flatnonzero(motion.inside & (motion.t >= 0.5 * dt) & (motion.t <= end_s))
     wanted = _samples_a_cell(motion, period_s, dt)
@@ -244,6 +245,7 @@ def cells(motion: Motion, period_s: float, end_s: float = math.inf) -> tuple[np.
             f"trial {motion.name}: {chosen.size} samples in the motion window make {len(index)} whole cells of {m}; a "
             "fit needs 20: widen trials.window"
         )
+    index.setflags(write=False)
     return index, m
 
 
@@ -293,7 +295,7 @@ class ProblemBuilder:
         period = dominant_period(motion)
         index, m = cells(motion, period, options.end_s)
         t = motion.t[index].mean(axis=1)
-        dt = float(np.median(np.diff(motion.t)))
+        dt = motion.step_s
         own, shift = self._initial_state(motion, period)
         channels = tuple(
             self._channel(motion, quantity, index, m, options, period)

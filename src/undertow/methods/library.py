@@ -221,7 +221,7 @@ def _trial_rows(motion: Motion, terms: Sequence[Term], length_s: float, step_s: 
     """Columns, response and time (n, p + 2) of one trial: Hann-weighted means, a row every ``step_s``."""
     forces = evaluate(terms, motion.x - motion.equilibrium.value, motion.v, motion.a, motion.t)
     table = np.column_stack([forces, -motion.a, motion.t])[motion.inside]
-    sample_s = float(np.median(np.diff(motion.t)))
+    sample_s = motion.step_s
     weights = np.hanning(max(3, round(length_s / sample_s) + 2))[1:-1]
     count = max(table.shape[0] - weights.size + 1, 0)
     starts = np.unique(np.round(np.arange(0.0, count, max(step_s / sample_s, 1.0))).astype(int))

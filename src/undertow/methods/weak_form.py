@@ -108,7 +108,7 @@ def _rows(motion: Motion, terms: Sequence[Term], length: float, step: float, clo
 
 def _test_functions(motion: Motion, length: float, step: float) -> tuple[tuple[Array, ...], NDArray[np.int_]]:
     """w, w' and w'' of one trial by sample, each over the area of w, and the samples of its window where they start."""
-    dt = float(np.median(np.diff(motion.t)))
+    dt = motion.step_s
     count = max(5, round(length / dt))
     phase = np.pi * (np.arange(count) + 0.5) / count
     w = np.sin(phase) ** 4

@@ -83,6 +83,16 @@ def test_motions_out_of_scale_are_doubted_where_their_unit_is_not_accepted():
     assert out_of_scale(undertow.read(TABLES, units={"x": "m"}).motions) == ()
 
 
+def test_a_unit_that_contradicts_the_column_s_name_is_doubted_where_it_is_not_accepted():
+    named = [one.rename(columns={"x": "x [mm]"}) for one in TABLES]
+    trials = undertow.read(named, units={"x [mm]": "cm"})
+    said = "units={\"displacement\": ...} is cm, and the name of column 'x [mm]' says mm: correct the unit"
+    assert [one.startswith(said) for one in trials.doubts] == [True]
+    assert f"! {said}" in str(trials)
+    assert undertow.read(named, units={"x [mm]": "cm"}, accept=["unit"]).doubts == ()
+    assert undertow.read(named).doubts == ()
+
+
 def test_a_motion_says_itself_in_one_line():
     assert repr(undertow.read(TABLES, units={"x": "m"})[0]) == "Motion('trial_1': 600 samples, released from 0.05)"
 

@@ -79,6 +79,10 @@ def test_a_driven_discover_says_predicts_and_scores_what_it_found():
     found = undertow.Discover(terms=["cubic_stiffness"], known=("stiffness", "viscous_damping")).fit(x, t=t, u=u)
     assert found.parameters.loc["mass_kg", "value"] == pytest.approx(2.0, rel=0.01)
     assert found.equations()[0].startswith("M x'' + k x + c v = F(t), M = 2")
+    rounded = found.equations(precision=1)[0]
+    assert rounded.startswith("M x'' + k x + c v = F(t), M = 2.0; ")
+    assert "+-" not in rounded
+    assert all(len(part.split(" = ")[1].split()[0].split(".")[1]) == 1 for part in rounded.split("; ")[1:])
     assert str(found).startswith("x: the given equation misses")
     assert "array(" not in str(found) + repr(found.driven_) + repr(found.driven_.baseline) + found._repr_html_()
     assert "!" not in str(found)

@@ -360,7 +360,7 @@ def test_a_header_that_contradicts_the_unit_and_an_acceleration_that_no_rig_bear
     text = CONFIG.replace("{rate_hz: 50}", "{column: t, unit: s}").replace("column: Weg,", 'column: "Weg [mm]",')
     path.write_text(text.replace("unit: mm}", "unit: m}"))
     said = run_to_folder(path, out=tmp_path / "run", jobs=1, page=False).summary
-    assert "displacement: the name of column 'Weg [mm]' says mm, and unit is m: correct the unit" in said
+    assert "displacement.unit is m, and the name of column 'Weg [mm]' says mm: correct the unit" in said
     assert "g, more than 100: is it in mm? correct recordings.channels.displacement.unit" in said
     path.write_text(text)
     said = run_to_folder(path, out=tmp_path / "fine", jobs=1, page=False).summary

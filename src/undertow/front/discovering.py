@@ -194,7 +194,7 @@ class Discover(FoundEquation, Estimator):
         """The equation over the mass in one line, each number with the digits that its error allows, or ``precision``
         decimals."""
         if hasattr(self, "driven_"):
-            return self._driven().equations()
+            return self._driven().equations(precision)
         return Estimator.equations(self) if precision is None else super().equations(precision)
 
     def simulate(

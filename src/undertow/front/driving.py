@@ -68,13 +68,14 @@ class Driven:
         """One row a number: value, stderr, low and high of its 90 % interval, unit, note."""
         return parameter_table(self.numbers)
 
-    def equations(self) -> list[str]:
-        """The equation in one line, with its laws' symbols, and its numbers with their errors."""
-        return [equation_text(written(self.fit, self.rms, self._size, self.trial))]
+    def equations(self, precision: int | None = None) -> list[str]:
+        """The equation in one line, with its laws' symbols, and its numbers with their errors, or with ``precision``
+        decimals."""
+        return [equation_text(written(self.fit, self.rms, self._size, self.trial), precision)]
 
-    def print(self) -> None:
+    def print(self, precision: int | None = None) -> None:
         """Print `equations`, one a line."""
-        print(*self.equations(), sep="\n")
+        print(*self.equations(precision), sep="\n")
 
     @property
     def doubts(self) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from undertow.campaign.config import RunConfig
+from undertow.campaign.config.matching import contradicted_headers
 from undertow.campaign.run.checking import doubted
 from undertow.conditioning.agreement import Disagreement
 from undertow.conditioning.motion import Motion
@@ -170,10 +171,12 @@ class Trials(Sequence[Motion]):
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What may be wrong with the trials and stops nothing: channels that do not belong together or are left out, a
-        motion out of scale; what is accepted is none."""
+        """What may be wrong with the trials and stops nothing: a column whose name has another unit, channels that do
+        not belong together or are left out, a motion out of scale; what is accepted is none."""
         known = {name for name, kinds in self.accepted.items() if "unit" in kinds}
-        said = (*doubted(self.found, self.motions), *out_of_scale([m for m in self.motions if m.name not in known]))
+        named = () if known else contradicted_headers(self.config)
+        sized = out_of_scale([m for m in self.motions if m.name not in known])
+        said = (*named, *doubted(self.found, self.motions), *sized)
         return said if self.config._source is not None else tuple(in_arguments(one) for one in said)
 
     @property

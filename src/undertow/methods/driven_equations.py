@@ -189,29 +189,32 @@ def simulate_driven(trial: DrivenTrial, equation: DrivenEquation, x0: float, v0:
     return np.array(driven_motion(theta, none, drive, problem.trials[0].t, equation.extent).x[:, 0])
 
 
-def equation_text(entry: Mapping[str, Any]) -> str:
-    """The equation in one line with its numbers and standard errors.
+def equation_text(entry: Mapping[str, Any], precision: int | None = None) -> str:
+    """The equation in one line with its numbers and standard errors, or its numbers with ``precision`` decimals.
 
     >>> equation_text({"mass_kg": 2.0, "names": [], "covariance": [], "rows": []})
     "M x'' = F(t), M = 2"
     """
     laws = list(dict.fromkeys(row["law"] for row in entry["rows"]))
     numbers = [
-        f"{row['name']} = {_with_error(row['value'], row['stderr'])} {row['unit']}".strip() for row in entry["rows"]
+        f"{row['name']} = {_number(row['value'], row['stderr'], precision)} {row['unit']}".strip()
+        for row in entry["rows"]
     ]
-    said = f"{entry['mass_kg']:.6g}"
+    said = f"{entry['mass_kg']:.6g}" if precision is None else f"{entry['mass_kg']:.{precision}f}"
     if "mass_kg" in entry["names"]:
         index = list(entry["names"]).index("mass_kg")
-        said = _with_error(entry["mass_kg"], math.sqrt(entry["covariance"][index][index]))
+        said = _number(entry["mass_kg"], math.sqrt(entry["covariance"][index][index]), precision)
     left = " + ".join(["M x''", *laws]).replace("+ -", "- ")
     right = RIGHT_HAND_SIDE[mover_of(entry.get("input", "force"))]
     return "; ".join([f"{left} = {right}, M = {said}", *numbers])
 
 
-def _with_error(value: float, error: float) -> str:
-    """A number with its standard error, digits as this allows.
+def _number(value: float, error: float, precision: int | None) -> str:
+    """A number with its standard error, digits as this allows; or with so many decimals, without it.
 
-    >>> _with_error(0.000139691, 0.00064), _with_error(89995.5, 6.4)
-    ('0.0001 +- 0.0006', '89996 +- 6')
+    >>> _number(0.000139691, 0.00064, None), _number(89995.5, 6.4, None), _number(89995.5, 6.4, 2)
+    ('0.0001 +- 0.0006', '89996 +- 6', '89995.50')
     """
+    if precision is not None:
+        return f"{value:.{precision}f}"
     return f"{format_number(value, error)} +- {format_number(error, error)}"

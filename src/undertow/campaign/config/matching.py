@@ -308,8 +308,8 @@ def contradicted_headers(config: RunConfig) -> tuple[str, ...]:
             sizes = {unit: _size_of(unit, name) for unit in (written_unit, channel.unit)}
             if len(sizes) == 2 and None not in sizes.values() and len(set(sizes.values())) == 2:
                 said.append(
-                    f"recordings.channels.{name}: the name of column {column!r} says {written_unit}, and unit is "
-                    f"{channel.unit}: correct the unit, unless the name is wrong"
+                    f"recordings.channels.{name}.unit is {channel.unit}, and the name of column {column!r} says "
+                    f"{written_unit}: correct the unit, unless the name is wrong"
                 )
     return tuple(said)
 

@@ -85,7 +85,7 @@ def test_the_first_screen_has_sentences_picture_numbers_and_grid_before_any_tabl
     for words in ("error of the equation as prescribed", "error of the repaired equation", "repeating the test",
                   "probability of this answer: as often as such verdicts held on sealed campaigns"):  # fmt: skip
         assert words in first
-    assert "<b>72 %</b>" in first
+    assert "<b>72\u00a0%</b>" in first
     cells = re.findall(r'<a class="cell (\w+)" href="#([\w-]+)"', first)
     assert cells == [("good", "spring-short-water-depth-1-63-m"), ("found", "spring-short-water-depth-2-36-m")]
 
@@ -324,7 +324,7 @@ def test_the_page_says_what_would_have_been_seen_and_what_is_not_testable():
     findings = replace(small_findings(), groups=(first, replace(second, verdict=told)))
     with page_style():
         text = page(findings, figures_drawn(), {})
-    assert '<td>hidden resonator</td><td class="n">4.1 kg</td><td class="n">1.1 %</td><td class="n">7.9 kg</td>' in text
+    assert '<td>hidden resonator</td><td class="n">4.1 kg</td><td class="n">1.1\u00a0%</td><td class="n">7.9 kg</td>' in text
     assert "Not testable here: rest offset." in text
     assert text.count("What would have been seen") == 1
 

@@ -215,6 +215,14 @@ def test_where_something_is_named_the_overview_holds_the_repaired_numbers() -> N
     assert "4.22" not in cell  # what is described beside something unknown is not believed
 
 
+def test_per_cent_stand_on_their_number_s_line_but_a_config_s_text_is_as_it_was_written() -> None:
+    findings = replace(small_findings(), across_groups="misses 4.1 % of the motion")
+    with page_style():
+        text = page(findings, page_figures(findings), {"config_text": "title: 5 % of <all>"})
+    assert '<p class="lead">misses 4.1\u00a0% of the motion</p>' in text
+    assert "title: 5 % of &lt;all&gt;" in text
+
+
 def test_the_sentence_over_all_groups_has_parameters_in_words() -> None:
     findings = replace(small_findings(), across_groups="But added_mass_kg is 3 kg with spring long")
     with page_style():
@@ -230,7 +238,7 @@ def test_a_named_verdict_shows_its_numbers_check_next_test_and_what_was_ruled_ou
     assert "the cells allow 1.5 Hz and more <i>" in text
     assert "a wave gauge <b>" in text
     assert "error stays at 0.38 <i>" in text
-    assert "98 %" in text
+    assert "98\u00a0%" in text
 
 
 @pytest.mark.parametrize(

@@ -228,7 +228,7 @@ def _biased(diagnosis: LevelDiagnosis) -> str:
     if before.misfit > FAR_ABOVE_NOISE or away <= COUNTS_IN_STDERR:
         return ""
     said = name.partition("@")[0].removesuffix("_mean")
-    return f" Without it {said} would be wrong by {away:.2g} of its standard errors."
+    return f" What would be wrong without it: {said}, by {away:.2g} of its standard errors."
 
 
 def _left(diagnosis: LevelDiagnosis) -> str:

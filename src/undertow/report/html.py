@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from undertow.discrepancy.findings import Findings, GroupFindings
 from undertow.report import blocks, figures, first_screen, trial_figures
@@ -132,7 +132,7 @@ def page(
         more_notes=more_notes,
         manifest=blocks.provenance(manifest),
         methods=blocks.method_notes(findings),
-        config_text=manifest.get("config_text", ""),
+        config_text=escape(manifest.get("config_text", "")),
         counts=blocks.counts(findings, whole),
         shown=blocks.shown_of(findings, whole),
         explorer=explorer_block(findings, names),

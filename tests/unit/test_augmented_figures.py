@@ -69,6 +69,7 @@ def test_a_group_says_its_proof_on_unseen_trials_and_how_probable_it_is():
     assert unseen_words(verdict) == "50 % → 6.0 %"
     assert unseen_words(replace(verdict, augmented=Described(0.05))) == ""
     text = page(said, page_figures(said), {})
+    text = text.replace("\u00a0%", " %")
     assert "50 % → 6.0 %" in text
     record = record_of(verdict)
     assert record is not None

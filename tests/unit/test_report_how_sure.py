@@ -12,8 +12,8 @@ from undertow.discrepancy.verdict import Gate
 from undertow.likelihood.fit import Structure
 from undertow.quantities import Estimate
 from undertow.report.behind import held_words
-from undertow.report.blocks import NO_BREAK
-from undertow.report.first_screen import first_screen
+from undertow.report.blocks import NO_BREAK, record_words, sure_words
+from undertow.report.first_screen import first_screen, grid
 
 
 @pytest.mark.parametrize(
@@ -80,3 +80,18 @@ def test_the_page_says_which_trials_the_numbers_of_table_and_equation_include():
     assert "where something is named those of the repaired equation, fitted to the training trials" in text
     assert "fitted to all trials of a group together, held-out ones too (dry: means over its trials)" in text
     assert "its numbers from the training trials alone: the table of all groups has the held-out ones too" in text
+
+
+def test_a_cell_and_a_section_say_how_sure_where_such_verdicts_were_counted():
+    group = small_findings().groups[-1]
+    verdict = replace(
+        group.verdict, status="not_identifiable", verdict=("linear_damping",), confidence=0.82,
+        alternatives=(("relaxation",), ("relaxation", "delayed_echo")),
+    )  # fmt: skip
+    assert sure_words(verdict) == "82 %"
+    assert record_words(verdict).endswith("held, which makes 82 %")
+    one = replace(small_findings(), groups=(replace(group, verdict=verdict),))
+    (cell,) = grid(one, ["a"])["rows"][0]["cells"]
+    assert (cell["names"], cell["sure"]) == ("linear damping or relaxation", "82 % sure")
+    assert sure_words(replace(verdict, status="cannot_tell")) == ""  # which claims nothing
+    assert sure_words(replace(verdict, confidence=float("nan"))) == ""

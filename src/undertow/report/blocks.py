@@ -273,8 +273,22 @@ def record_words(verdict: Verdict) -> str:
     record = record_of(verdict)
     if record is None or not record.said or not math.isfinite(verdict.confidence):
         return ""
-    kind = wording.kind_words(record.kind)
-    return f"of {record.said} such verdicts ({kind}) on sealed campaigns of known truth {record.right} held"
+    kind, sure = wording.kind_words(record.kind), sure_words(verdict)
+    said = f"of {record.said} such verdicts ({kind}) on sealed campaigns of known truth {record.right} held"
+    return f"{said}, which makes {sure}" if sure else said
+
+
+def sure_words(verdict: Verdict) -> str:
+    """How often what is said holds, where enough such verdicts were counted; of ``cannot_tell``, which claims nothing,
+    empty.
+
+    >>> sure_words(Verdict({}, (), status="not_identifiable", confidence=0.82))
+    '82 %'
+    """
+    record = record_of(verdict)
+    if record is None or record.few or verdict.status == "cannot_tell":
+        return ""
+    return wording.confidence_words(verdict.confidence)
 
 
 def agreement_texts(group: GroupFindings, parameters: Sequence[str]) -> list[str]:

@@ -18,7 +18,16 @@ from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import condition_words, either, least_sets, percent
 from undertow.report.arrange import Span, spanning_conditions
 from undertow.report.behind import adjusted_words, allowed_words
-from undertow.report.blocks import NO_BREAK, Block, as_measured_words, errors_of, few_words, identity, likelihood_words
+from undertow.report.blocks import (
+    NO_BREAK,
+    Block,
+    as_measured_words,
+    errors_of,
+    few_words,
+    identity,
+    likelihood_words,
+    sure_words,
+)
 from undertow.report.wording import confidence_words, unbroken
 
 SENTENCES_AT_MOST = 8
@@ -260,7 +269,9 @@ def _is_grid(findings: Findings, span: Span) -> bool:
 
 
 def _cell(group: GroupFindings, anchor: str) -> Block:
-    """A group's cell: its name, tone and what is named (`identity`), and its error as in its sentence."""
+    """A group's cell: its name, tone and what is named (`identity`), its error as in its sentence, and how sure it is
+    where such verdicts were counted."""
     error = error_words(group.verdict).removeprefix("error ").removesuffix(" on unseen trials")
     short = error.replace(" on the trials it was fitted to", " (fitted)").replace(" %", f"{NO_BREAK}%")
-    return {**identity(group, anchor), "error": short}
+    sure = sure_words(group.verdict)
+    return {**identity(group, anchor), "error": short, "sure": f"{sure} sure" if sure else ""}

@@ -158,8 +158,8 @@ def across(
     """One sentence over all groups, from how many name what (``sensed``: a fault of a sensor), and how many have which
     status.
 
-    >>> across({"hidden resonator": 2}, {"explained": 2, "cannot_tell": 1})
-    'The equation leaves out: hidden resonator in 2 of 3 groups. For 1 group these data cannot tell.'
+    >>> across({"drag": 2}, {"explained": 2, "cannot_tell": 1})
+    'The equation leaves out: drag in 2 of 3 groups. For 1 group these data cannot tell whether anything is missing.'
     >>> across({}, {"nothing_missing": 2})
     'The equation explains 2 groups; nothing is missing.'
     >>> across({"quadratic drag": 1}, {"explained": 1})
@@ -179,7 +179,7 @@ def across(
     if small := statuses.get("present_but_small", 0):
         parts.append(f"In {count(small, 'group')} something is there that is smaller than repetitions differ.")
     if open_ := statuses.get("cannot_tell", 0):
-        parts.append(f"For {count(open_, 'group')} these data cannot tell.")
+        parts.append(f"For {count(open_, 'group')} these data cannot tell whether anything is missing.")
     return " ".join(parts)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import html
 import io
 import json
 import re
@@ -73,6 +74,57 @@ def test_the_page_stands_alone_and_shows_every_figure(folder):
     assert page.count("<svg") == len(list((folder / "figures").glob("*.svg"))) == 3
     assert not re.search(r'(src|href)="(?!#|data:)', page)
     assert "http" not in re.sub(r'xmlns(:\w+)?="[^"]*"|<!DOCTYPE[^>]*>', "", page)
+
+
+def readable(page: str) -> str:
+    """What a reader sees of a page: no styles, scripts or tags."""
+    return html.unescape(re.sub(r"<style>.*?</style>|<script>.*?</script>|<[^>]*>", "", page, flags=re.DOTALL))
+
+
+def test_the_page_has_words_and_signs_in_place_of_names(folder):
+    text = readable((folder / "audit.html").read_text(encoding="utf-8"))
+    assert not re.findall(r"\b[a-z]+_[A-Za-z]\w*|\+-|\^\d|\d[eE][+-]?\d|x''", text)
+    assert "1.0918 × 10⁸" in text
+    assert "water depth 2.22 and 2.29\N{NO-BREAK SPACE}m" in text
+    assert "rest offset: offset, m" in text
+
+
+def test_the_page_begins_with_what_the_tables_contradict_and_what_follows(folder):
+    text = readable((folder / "audit.html").read_text(encoding="utf-8"))
+    lead = "These tables contradict themselves, each other or the equation in 43 places, most often (16) where one"
+    follows = "Eq. 15 alone prints 0 of 1 tables or pairs of tables that were tried; what prints them is named for 1."
+    assert text.index(lead) < text.index(follows) < text.index("Verdicts")
+
+
+def test_every_figure_has_a_caption_and_its_probabilities_a_prior(folder):
+    page = (folder / "audit.html").read_text(encoding="utf-8")
+    assert len(re.findall(r"</svg>\s*<figcaption>", page)) == page.count("<svg")
+    assert "evidence times a prior" in page
+    assert "Linear damping of the water is counted as drag too" in page
+
+
+def test_probabilities_are_per_cent_in_table_sentence_and_figure(folder):
+    table = json.loads((folder / "audit.json").read_text(encoding="utf-8"))["tables"][0]
+    percent = f"{100.0 * table['confidence']:.3g}\N{NO-BREAK SPACE}%"
+    page = (folder / "audit.html").read_text(encoding="utf-8")
+    assert f"<td>{percent}</td>" in page
+    assert f"probability {percent}" in page
+    assert not re.search(r"probability (?:of |above )?0\.\d", readable(page))
+
+
+def test_what_is_said_of_several_tables_is_one_row(folder):
+    page = (folder / "audit.html").read_text(encoding="utf-8")
+    assert page.count('<td class="rule">same quantity</td>') == 2  # added mass, drag coefficient
+    assert "<li>Table 4 and Table 9: 1271.4 and 2042\N{NO-BREAK SPACE}kg, 1 of 1 common rows</li>" in page
+    assert "Tables 5, 7 and 8: potential energy is headed kJ" in page
+    assert "Table 4 and Table 6: the same water" in page
+
+
+def test_the_page_follows_the_readers_dark_or_light(folder):
+    page = (folder / "audit.html").read_text(encoding="utf-8")
+    assert 'id="theme"' in page
+    assert "prefers-color-scheme: dark" in page
+    assert "var(--fig-ink)" in page
 
 
 @pytest.mark.parametrize(
@@ -151,7 +203,7 @@ def test_what_a_stranger_called_his_table_stays_text_and_inside_the_folder(tmp_p
     (page,) = tmp_path.rglob("audit.html")
     assert page.parent.parent == tmp_path / "runs"
     text = page.read_text(encoding="utf-8")
-    assert "<script" not in text
+    assert "<script>alert" not in text
     assert "&lt;script&gt;" in text
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from tests.published.audit_config import without_audits
 from undertow.audit.comparisons import check_comparisons
-from undertow.audit.findings import AuditFindings
+from undertow.audit.findings import TWICE, AuditFindings, merged
 from undertow.audit.forces import check_forces
 from undertow.audit.headings import correct_units
 from undertow.audit.identities import check_identities
@@ -176,3 +176,21 @@ def test_columns_of_different_lengths_are_refused():
     with pytest.raises(UndertowError, match=r"table t: columns have .*'release': 2, 'load': 3.* rows"):
         PublishedTable("t", "T", {"release": column([1.0, 2.0]), "load": column([1.0, 2.0, 3.0])})
 
+
+def test_checks_that_say_the_same_are_one_row_and_none_is_lost():
+    rows = published().together()
+    assert len(rows) < len(published().checks) // 2 + 1
+    said = " ".join(line for _, lines in rows for line in lines)
+    twice = [check for check in published().checks if check.rule == TWICE]
+    assert all(f"{check.expected:.5g} and {check.printed:.5g}" in said for check in twice)
+    assert len({tuple(lines) for _, lines in rows}) == len(rows)
+
+
+def test_sentences_that_differ_in_numbers_alone_keep_the_order_of_every_number():
+    both = merged(["Table 5: 9 of 9 rows, 2 kg.", "Table 7: 9 of 9 rows, 3 kg.", "Table 8: 9 of 9 rows, 2 kg."])
+    assert both == "Tables 5, 7 and 8: 9 of 9 rows, 2, 3 and 2 kg."
+
+
+def test_a_lead_without_contradictions_says_so():
+    lead = AuditFindings("clean", (), (), (), (), (), ()).lead
+    assert lead == "No two numbers of these tables contradict each other."

@@ -28,7 +28,7 @@ from undertow.report.arrange import (
     is_usable,
     spanning_conditions,
 )
-from undertow.report.compare import compare_runs, comparison_html
+from undertow.report.compare import _cells, compare_runs, comparison_html
 from undertow.report.expressions import (
     LATEX_LINE,
     force_factors,
@@ -254,3 +254,17 @@ def test_a_folder_without_a_finished_run_is_named_with_the_next_step(tmp_path: P
         (tmp_path / "verdict.json").write_text(content)
     with pytest.raises(UndertowError, match=r"verdict.json cannot be read: .*; give a folder that `undertow run` fin"):
         compare_runs([tmp_path])
+
+
+@pytest.mark.parametrize(
+    ("status", "names", "said"),
+    [
+        ("explained", ["hidden_resonator", "hidden_resonator"], "explained: 2 hidden resonators"),
+        ("unknown", ["linear_damping", "unknown"], "not explained: linear damping"),
+        ("nothing_missing", [], "nothing missing"),
+    ],
+)
+def test_runs_side_by_side_name_a_verdict_and_its_effects(status, names, said):
+    entry = {"status": status, "verdict": names, "baseline": {"nrmse": 0.4, "held_out_nrmse": 0.5}, "augmented": None}
+    quantity, cell = next(iter(_cells(entry, {})))
+    assert (quantity, cell.text) == ("verdict", said)

@@ -133,7 +133,7 @@ def test_small_odds_have_a_plain_axis_and_large_ones_a_logarithms() -> None:
 def test_the_pair_plot_shows_the_correlation_and_leaves_out_what_has_no_error(axes: Axes) -> None:
     assert fit_figures.pair_names(TWO) == ["added_mass_kg", "drag_coefficient"]
     fit_figures.draw_pairs(TWO, axes)
-    assert [text.get_text() for text in axes.texts] == ["-0.95"]
+    assert [text.get_text() for text in axes.texts] == ["−0.95"]
     assert axes.texts[0].get_ha() == "right"  # the ellipse leans to the left: that corner is free
     (legend,) = axes.figure.legends
     assert [t.get_text() for t in legend.get_texts()] == ["one standard error", "two", "number: correlation"]
@@ -188,7 +188,7 @@ def test_captions_name_the_held_out_trial_and_the_equation_that_is_believed() ->
     assert trial is not None
     assert f"{trial.motion.name} (held out)" in said["energy"]
     assert "repaired equation" in said["energy"]
-    assert "the green line is the repaired one" in said["where"]
+    assert "the green line is the repaired equation" in said["where"]
     assert "green" not in captions(findings, dry())["where"]
     assert "prescribed equation" in captions(findings, dry())["noise"]
 

@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
-from tests.findings_fixture import small_findings
+from tests.findings_fixture import named, small_findings
 from undertow.discrepancy.findings import AugmentedRun, GroupFindings
 from undertow.report.small_multiples import MOTION, draw_free_runs
 from undertow.report.style import INK, new_figure, page_style, svg_text
@@ -70,7 +70,8 @@ def test_a_panels_scale_is_the_trials_largest_excursion() -> None:
 
 def test_what_was_found_is_drawn_where_there_is_a_run_with_it() -> None:
     run = AugmentedRun(0.02, 0.1 * (wet().trials[0].measured - wet().trials[0].simulated))
-    repaired = replace(wet(), trials=(replace(wet().trials[0], augmented=run),))
+    group = named(wet())
+    repaired = replace(group, trials=(replace(group.trials[0], augmented=run),))
     bare = replace(wet(), trials=wet().trials[:1])
     assert len(drawn(repaired).axes[0].collections) == len(drawn(bare).axes[0].collections) + 2
     assert [t.get_text() for t in drawn(repaired).legends[0].get_texts()][-1] == "with what was found"

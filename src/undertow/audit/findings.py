@@ -6,21 +6,30 @@ Belongs here: results and audit.json's shape. Does not belong here: how they wer
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from undertow.audit.answer import Answer
+from undertow.audit.comparisons import REPEATED
 from undertow.audit.forces import WaterShare
 from undertow.audit.identities import Oddity
 from undertow.audit.patterns import PowerLaw
-from undertow.audit.tables import QUANTITIES, PublishedTable
+from undertow.audit.tables import QUANTITIES, WORDS, PublishedTable
 from undertow.audit.verdicts import Range, SeriesVerdict
 from undertow.equation.cells import CellModes
 from undertow.recording.recording import Condition
 
 CONTRACT = 1
 """Version of audit.json."""
+
+TWICE = "same quantity"
+"""The rule of a quantity that two tables print differently."""
+
+_COMMON = re.compile(r"\((\d+ of \d+) common rows")
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -83,6 +92,41 @@ class AuditFindings:
     series: tuple[SeriesFindings, ...]
     cells: tuple[CellFinding, ...]
 
+    @property
+    def lead(self) -> str:
+        """What the tables contradict, and what follows for their numbers, in two sentences."""
+        often = Counter(check.rule for check in self.checks).most_common(1)
+        text = "No two numbers of these tables contradict each other."
+        if often:
+            rule, times = often[0]
+            most = "where one quantity is printed twice with different values" if rule == TWICE else f"by {rule}"
+            text = (
+                f"These tables contradict themselves, each other or the equation in {len(self.checks)} places, most "
+                f"often ({times}) {most}."
+            )
+        tried, bent = len(self.series), [one for one in self.series if one.verdict.verdict]
+        if not bent:
+            return f"{text} Eq. 15 with constant coefficients stands in every table that was tried." if tried else text
+        named = sum(one.verdict.status == "explained" for one in bent)
+        left = f", and open for {len(bent) - named}" if named < len(bent) else ""
+        return (
+            f"{text} Their added masses and drag coefficients are no constants of the water: Eq. 15 alone prints "
+            f"{tried - len(bent)} of {tried} tables or pairs of tables that were tried; what prints them is named for "
+            f"{named}{left}."
+        )
+
+    def together(self) -> list[tuple[str, list[str]]]:
+        """Rule and sentences of the checks, those that say the same of several tables or levels as one."""
+        titles = {table.name: table.title for table in self.tables}
+        alike: dict[tuple[str, ...], list[Oddity]] = {}
+        for one in self.checks:
+            rest = () if one.rule == TWICE else (_NUMBER.sub("#", one.sentence),)
+            alike.setdefault((one.rule, one.quantity, *rest), []).append(one)
+        return [
+            (rule, _printed_twice(same, titles) if rule == TWICE else [merged([one.sentence for one in same])])
+            for (rule, *_), same in alike.items()
+        ]
+
     def plain(self) -> dict[str, Any]:
         """The contents of audit.json: numbers, names of the contract, sentences; nan is null."""
         return {
@@ -116,6 +160,35 @@ class AuditFindings:
             ],
             "tables": [_series(one) for one in self.series],
         }  # fmt: skip
+
+
+def merged(sentences: Sequence[str]) -> str:
+    """Sentences that differ in numbers alone as one, each number that differs with all its values.
+
+    >>> merged(["Table 5: c is 3 of 9 rows.", "Table 7: c is 4 of 9 rows."])
+    'Tables 5 and 7: c is 3 and 4 of 9 rows.'
+    """
+    words = _NUMBER.split(sentences[0])
+    all_numbers = zip(*map(_NUMBER.findall, sentences), strict=True)
+    numbers = [each if len(set(each)) > 1 else each[:1] for each in all_numbers]
+    said = [f"{', '.join(each[:-1])} and {each[-1]}" if len(each) > 1 else each[0] for each in numbers]
+    text = "".join(word + number for word, number in zip(words, [*said, ""], strict=True))
+    return re.sub(r"^Table (?=\d+(?:, \d+)* and \d)", "Tables ", text)
+
+
+def _printed_twice(same: Sequence[Oddity], titles: Mapping[str, str]) -> list[str]:
+    """One quantity in several pairs of tables: what it is, then a line a pair."""
+    if len(same) == 1:
+        return [same[0].sentence]
+    unit = "" if same[0].unit == "1" else f" {same[0].unit}"
+    limit = f"more than {100.0 * REPEATED:.0f} %"
+    lines = [f"The same {WORDS[same[0].quantity]} differs by {limit} between two tables (the worst row of each pair):"]
+    for one in same:
+        common = _COMMON.search(one.sentence)
+        rows = f", {common[1]} common rows" if common else ""
+        pair = " and ".join(titles.get(name, name) for name in one.tables)
+        lines.append(f"{pair}: {one.expected:.5g} and {one.printed:.5g}{unit}{rows}")
+    return lines
 
 
 def _number(value: float) -> float | None:

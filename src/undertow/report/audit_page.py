@@ -7,12 +7,13 @@ making, writing. Does not belong here: what is said (audit).
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -30,8 +31,10 @@ from undertow.audit.effects import (
 from undertow.audit.findings import AuditFindings, CellFinding, SeriesFindings
 from undertow.audit.forces import WaterShare
 from undertow.audit.recipes import Array
-from undertow.audit.verdicts import Range, likely, rounded
+from undertow.audit.verdicts import OF_SPRING, Range, SeriesVerdict, rounded
+from undertow.discrepancy.words import condition_words, group_title
 from undertow.report import style
+from undertow.report.wording import effects_words, parameter_name, plain_number, printed_unit, reason_words, unbroken
 from undertow.report.writing import rendered, write_text
 
 WIDTH_IN = 11.0
@@ -54,53 +57,117 @@ def write_audit(findings: AuditFindings, folder: Path, config: Mapping[str, Any]
 
 def audit_html(findings: AuditFindings, drawn: Mapping[str, str]) -> str:
     """The page as text, from finished figures (name -> SVG)."""
-    inline = {name: Markup(svg[svg.index("<svg") :]) for name, svg in drawn.items()}
+    inline = {name: Markup(style.in_theme(svg[svg.index("<svg") :])) for name, svg in drawn.items()}
     return rendered(
         "audit.html.j2",
         name=findings.name,
-        checks=findings.checks,
-        trends=findings.trends,
-        shares=[(share, inline[f"share-{i}"]) for i, share in enumerate(findings.shares)],
+        lead=audit_words(findings.lead),
+        checks=[(rule, [audit_words(one) for one in said]) for rule, said in findings.together()],
+        trends=[
+            (trend.title, NAMES[trend.quantity == "drag_coefficient"].split(",")[0], trend.law.rows,
+             f"{trend.law.exponent:.2f} ± {trend.law.half_width_95:.2f}".replace("-", "\N{MINUS SIGN}"))
+            for trend in findings.trends
+        ],
+        shares=[(audit_words(share.sentence), inline[f"share-{i}"]) for i, share in enumerate(findings.shares)],
         series=[_block(series, inline, i) for i, series in enumerate(findings.series)],
         cells=findings.cells,
-    )
+    )  # fmt: skip
+
+
+_AT_LEVELS = re.compile(r"\b([a-z]+(?:_[a-z]+)*_[a-z]+) = (\d+(?:\.\d+)?(?:(?:, | and )\d+(?:\.\d+)?)*)")
+_PROBABILITY = re.compile(r"(?<=probability )(of |above )?(\d(?:\.\d+)?(?:e-\d+)?)")
+_BEFORE_UNIT = re.compile(r"(?<=\d) (?=%|(?:kg|m|m³|N|N/m|m/s|rad/s|s|J)(?:[ ,;:.)]|$))")
+_MINUS = re.compile(r"(?<![\w)])-(?=\d)")
+_FORMULAS = {
+    "m_a": "mₐ", "x''": "ẍ", "x0": "x₀", "mu N": "μ N", "mu (": "μ (", "2 pi": "2 π", "2 zeta": "2 ζ", "rho": "ρ",
+    "sqrt(": "√(", " / 2": "/2",
+}  # fmt: skip
+
+
+def audit_words(text: str) -> Markup:
+    """A sentence of the audit for a reader: names, conditions and powers in words and signs, probabilities in per cent.
+
+    >>> print(audit_words("m_a is 1.0918e+08 times k x0^2 / 2 at water_depth_m = 2.22 and 2.29, +- 1"))
+    m<sub>a</sub> is 1.0918 × 10⁸ times k x₀²/2 at water depth 2.22 and 2.29\N{NO-BREAK SPACE}m, ± 1
+    >>> print(audit_words("coulomb_friction does (probability 0.995)"))
+    Coulomb friction does (probability 99.5\N{NO-BREAK SPACE}%)
+    """
+    text = _AT_LEVELS.sub(lambda found: condition_words(found[1], found[2]), text)
+    text = _PROBABILITY.sub(lambda found: f"{found[1] or ''}{_percent(float(found[2]))}", text)
+    for printed, meant in _FORMULAS.items():
+        text = text.replace(printed, meant)
+    text = _MINUS.sub("\N{MINUS SIGN}", text)
+    text = _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", reason_words(text).replace("coulomb", "Coulomb"))
+    return Markup(str(escape(text)).replace("mₐ", "m<sub>a</sub>").replace("C_d", "C<sub>d</sub>"))
+
+
+def effect_words(effects: Sequence[str], water: bool = True) -> str:
+    """A rival in words.
+
+    >>> effect_words(("linear_damping", "rest_offset")), effect_words(()), effect_words((), water=False)
+    ('linear damping + rest offset', 'Eq. 15 alone', 'no water force')
+    """
+    if not effects:
+        return "Eq. 15 alone" if water else "no water force"
+    return effects_words(effects).replace("coulomb", "Coulomb")
 
 
 def _block(series: SeriesFindings, inline: Mapping[str, Markup], number: int) -> dict[str, Any]:
     """What the page shows of one audit."""
+    said = series.verdict
+    most = max(series.answer.weights, key=lambda weight: weight.log_evidence)
+    best = (effect_words(most.rival.effects, most.rival.water), _percent(most.probability))
+    own = f"series-{number}-"
+    sets = [(f"If it is {effect_words(said.verdict)}", said.parameters)]
+    sets += [(f"If it is {effect_words(label.split(' + '))}", each) for label, each in said.others.items()]
     return {
         "name": series.name,
-        "verdict": series.verdict,
-        "confidence": likely(series.verdict.confidence),
-        "names": " + ".join(series.verdict.verdict) or "nothing beyond Eq. 15",
-        "figures": [svg for name, svg in inline.items() if name.startswith(f"series-{number}-")],
-        "parameters": [
-            (_group(group), parameter_lines(parameters))
-            for group, parameters in zip(series.groups, series.verdict.parameters, strict=True)
-        ],
-        "others": [
-            (label, [(_group(g), parameter_lines(p)) for g, p in zip(series.groups, each, strict=True)])
-            for label, each in series.verdict.others.items()
-        ],
-        "what_if": [(one.name, one.verdict) for one in series.what_if],
-    }
+        "sentence": audit_words(said.sentence),
+        "next_test": audit_words(said.next_test),
+        "status": _status(said),
+        "confidence": _percent(said.confidence),
+        "names": effect_words(said.verdict),
+        "others": ", ".join(effect_words(names) for names in said.alternatives),
+        "figures": {name.rpartition("-")[2]: svg for name, svg in inline.items() if name.startswith(own)},
+        "best": None if most is series.answer.weights[0] else best,
+        "groups": [unbroken(group_title(group)) if group else "median (90 % interval)" for group in series.groups],
+        "parameters": [(title, parameter_lines(each)) for title, each in sets],
+        "what_if": [(one.name, audit_words(one.verdict.sentence)) for one in series.what_if],
+    }  # fmt: skip
 
 
-def _group(group: Mapping[str, Any]) -> str:
-    return ", ".join(f"{name.removesuffix('_m').replace('_', ' ')} {value}" for name, value in group.items())
+def _status(said: SeriesVerdict) -> tuple[str, str]:
+    """A verdict in two words, and the page's colour of it."""
+    if not said.informs_about_water:
+        return "says nothing of the water", "unsure"
+    if said.status == "explained":
+        return "named", "found"
+    return ("nothing missing", "good") if said.status == "nothing_missing" else ("several fit", "unsure")
 
 
-def parameter_lines(parameters: Mapping[str, Mapping[str, Range]]) -> list[tuple[str, str, str]]:
-    """Effect, parameter, and its 90 % interval with unit."""
+def parameter_lines(groups: Sequence[Mapping[str, Mapping[str, Range]]]) -> list[tuple[str, list[str]]]:
+    """Every parameter in words with its unit, and its median with the 90 % interval in each group."""
     return [
-        (
-            effect,
-            name,
-            f"{rounded(r.value)} ({rounded(r.low)} to {rounded(r.high)}){'' if r.unit == '1' else ' ' + r.unit}",
-        )
-        for effect, group in parameters.items()
+        (_parameter(effect, name, r.unit), [_interval(one[effect][name]) for one in groups])
+        for effect, group in groups[0].items()
         for name, r in group.items()
     ]
+
+
+def _parameter(effect: str, name: str, unit: str) -> str:
+    """One parameter in words: whose it is, its spring, its unit."""
+    name, _, spring = name.replace("gain_error.", "").partition(".")
+    words = name.replace("stiffness_", OF_SPRING) if name.startswith("stiffness_") else parameter_name(name).words
+    words = "damping c" if name == "c_Ns_per_m" else words
+    start = "" if effect == "water" else f"{effect_words((effect,))}: "
+    return f"{start}{words}{f', spring {spring}' if spring else ''}{'' if unit == '1' else f', {printed_unit(unit)}'}"
+
+
+def _interval(r: Range) -> str:
+    middle, low, high = (rounded(value) if 1e-4 <= abs(value) < 1e6 else plain_number(value, 3) for value in (
+        r.value, r.low, r.high
+    ))  # fmt: skip
+    return f"{middle} ({low} to {high})"
 
 
 def audit_svgs(findings: AuditFindings) -> dict[str, str]:
@@ -197,7 +264,7 @@ def _drawn(found: Answer) -> list[tuple[Weight, str]]:
 
 def _band(weight: Weight, rows: NDArray[np.intp], column: int, x: Array, axes: Axes, colour: str) -> None:
     low, high = np.quantile(weight.posteriors[0].predicted[:, rows, column], BAND, axis=0)
-    label = weight.rival.label.replace("_", " ")
+    label = effect_words(weight.rival.effects, weight.rival.water)
     known = axes.get_legend_handles_labels()[1]
     axes.fill_between(x, low, high, color=colour, alpha=0.25, linewidth=0.8, label=None if label in known else label)
 
@@ -210,19 +277,24 @@ def draw_probabilities(found: Answer, axes: Axes) -> Axes:
     colours = [style.SKY if weight.rival.effects else style.GREY for weight in weights]
     axes.barh(range(len(weights)), gaps, color=colours, height=0.6)
     for i, weight in enumerate(weights):
-        axes.text(0.0, i, _percent(weight.probability), va="center", ha="left", fontsize=7.5)
-    axes.set_yticks(range(len(weights)), [weight.rival.label.replace("_", " ") for weight in weights])
+        axes.text(0.4, i, _percent(weight.probability), va="center", ha="left", fontsize=7.5)
+    axes.set_yticks(range(len(weights)), [effect_words(w.rival.effects, w.rival.water) for w in weights])
     axes.set_xlim(max(min(gaps), -40.0) * 1.05 - 0.5, 0.0)
-    axes.set_xlabel("log evidence below the best (cut at -40); right: probability")
+    axes.set_xlabel("log evidence below the best (cut at \N{MINUS SIGN}40); right: probability")
     axes.grid(axis="y", visible=False)
     axes.margins(x=0.1)
     return axes
 
 
 def _percent(probability: float) -> str:
+    """A probability in per cent, never as certain, in tables, sentences and figures alike.
+
+    >>> _percent(0.6449), _percent(0.9997), _percent(0.999), _percent(1e-30), _percent(0.00509)
+    ('64.5 %', 'above 99.9 %', '99.9 %', 'below 0.001 %', '0.51 %')
+    """
     if probability > 0.999:
-        return " > 99.9 %"
-    return f" {100.0 * probability:.3g} %" if probability > 1e-5 else " < 0.001 %"
+        return "above 99.9 %"
+    return f"{100.0 * probability:.{3 if probability > 0.1 else 2}g} %" if probability > 1e-5 else "below 0.001 %"
 
 
 def draw_mixture(found: Answer, axes: Axes) -> Axes:
@@ -237,7 +309,7 @@ def draw_mixture(found: Answer, axes: Axes) -> Axes:
         c=draws["drag_coefficient"][few], s=6, cmap="viridis", rasterized=True,
     )  # fmt: skip
     axes.figure.colorbar(points, ax=axes, label="drag coefficient")
-    axes.set(xlabel="linear damping on top, N s/m", ylabel="friction error, N")
+    axes.set(xlabel="linear damping of the water, N s/m", ylabel="friction beyond the dry one, N")
     return axes
 
 

@@ -20,10 +20,11 @@ from undertow.recording.recording import Coordinate
 from undertow.report.behind import is_repaired
 from undertow.report.explorer import CHANNEL_UNITS
 from undertow.report.expressions import is_per_mass
-from undertow.report.fit_figures import TIGHT, friction_panels, hold_of
+from undertow.report.fit_figures import TIGHT, friction_panels, hold_of, odds_beside
 from undertow.report.group_figures import budget_of, one_trial
 from undertow.report.mismatch_figures import CYCLES_AT_MOST
 from undertow.report.style import DRAWN
+from undertow.report.trial_figures import short_number, with_words
 from undertow.report.wording import in_plain_words, p_words, plain_number
 
 NOTES_AT_MOST = 3
@@ -31,12 +32,15 @@ NOTES_AT_MOST = 3
 
 
 def captions(findings: Findings, group: GroupFindings) -> Mapping[str, Any]:
-    """Texts under the figures that not every group has: energy, where, suspects, noise, pairs, null, friction; and
-    rows on the recordings' ``quality``."""
+    """Texts under the figures that not every group has: energy, where, suspects, noise, pairs, null, friction; what
+    is in a free run that has ``more`` than the equation; and rows on the recordings' ``quality``."""
     trial = one_trial(findings, group)
     named = "" if trial is None else _named(trial)
     believed = "repaired" if is_repaired(group.verdict) else "prescribed"
+    closest = trial is not None and trial.augmented is not None and not is_repaired(group.verdict)
+    left = f"the equation {with_words(group.verdict)}" if closest else f"the {believed} equation"
     return {
+        "more": with_words(group.verdict),
         "energy": "" if trial is None else _energy(group, trial),
         "where": f"Where the prescribed equation misses trial {named}. Top left: the residual (measured less free run) "
         "by time and frequency; a spot that lies on no black line is a motion that the body alone does not have. "
@@ -44,11 +48,12 @@ def captions(findings: Findings, group: GroupFindings) -> Mapping[str, Any]:
         "speed, orange positive, blue negative: a pattern means a missing force of displacement or speed; what differs "
         "from swing to swing at the same place averages out and stays pale. Below: frequency and damping of every full "
         "cycle with one standard error, without those that noise makes: black points off the blue line are what the "
-        f"equation misses{', the green line is the repaired one' if is_repaired(group.verdict) else ''}; what lies "
+        f"equation misses{f', the green line is {left}' if closest or is_repaired(group.verdict) else ''}; what lies "
         "far off is not in the frame.",
-        "suspects": "Odds of every suspect beside what is said (green diamond), logarithm to base 10, the cost of its "
-        "numbers included. Orange: more evidence than what is said, but excluded for the reason below.",
-        "noise": f"What the {believed} equation leaves of trial {named}: its autocorrelation (grey: 95 % of white "
+        "suspects": f"Green diamond: {odds_beside(group.verdict)}. Bars: odds of every other suspect beside it, "
+        "logarithm to base 10, the cost of its numbers included. Orange: more evidence than the diamond, but excluded "
+        "for the reason below.",
+        "noise": f"What {left} leaves of trial {named}: its autocorrelation (grey: 95 % of white "
         "noise), and its quantiles beside those of the sensor's noise. Correlated residuals count as fewer samples.",
         "pairs": "How far the repaired equation's numbers can be told from each other: a round ellipse is two numbers "
         "that are known independently, a thin one two of which the data know a combination better than each alone "
@@ -85,8 +90,8 @@ def _first_cycle(budget: EnergyBudget, unit: str) -> str:
     """What the first cycle holds and loses, with as many digits as the error allows."""
     error = float(budget.error[0])
     lost = Estimate(float(budget.lost[0]), error if error > 0.0 else math.nan, unit=unit)
-    words = format_estimate(lost) if error > 0.0 else f"{lost.value:.3g} {unit}"
-    return f"the first cycle begins with {float(budget.stored[0]):.3g} {unit} and loses {words}"
+    words = format_estimate(lost) if error > 0.0 else f"{short_number(lost.value)} {unit}"
+    return f"the first cycle begins with {short_number(float(budget.stored[0]))} {unit} and loses {words}"
 
 
 def _null(verdict: Verdict) -> str:
@@ -131,9 +136,9 @@ def _quality(trial: TrialFindings) -> Mapping[str, Any]:
     noise = ", ".join(_noise(name, value, motion.recording.coordinate) for name, value in motion.noise.items())
     return {
         "name": motion.name,
-        "rate": f"{motion.recording.rate_hz:.4g}",
+        "rate": short_number(motion.recording.rate_hz, 4),
         "hold": f"{hold:.2f}" if math.isfinite(hold) else "none seen",
-        "motion": f"{span:.3g}",
+        "motion": short_number(span),
         "swings": swings,
         "noise": noise or "-",
         "notes": ("; ".join(_note(note) for note in notes[:NOTES_AT_MOST]) + more) or "-",

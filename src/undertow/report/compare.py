@@ -22,7 +22,7 @@ from undertow.equation.registry import row
 from undertow.errors import ConfigError, UndertowError
 from undertow.quantities import Estimate, or_nan
 from undertow.report.verdict_file import read_verdicts
-from undertow.report.wording import STATUS_WORDS, estimate_text, parameter_words
+from undertow.report.wording import STATUS_WORDS, effects_words, estimate_text, parameter_words
 
 NOTEWORTHY = 2.0
 """Standard errors (of both runs, in quadrature) from which on a parameter counts as changed; contract 2 takes the same
@@ -220,8 +220,9 @@ _ENTRY_QUANTITIES = (
 def _cells(entry: Mapping[str, Any], masses: Mapping[str, Estimate]) -> Iterator[tuple[str, Cell]]:
     """What one group's entry of verdict.json says: quantity -> cell; ``masses`` by the equation's version."""
     baseline, after = entry["baseline"], entry.get("augmented")
-    named = [name.replace("_", " ") for name in entry["verdict"] if name != "unknown"]
-    yield "verdict", Cell(" + ".join([STATUS_WORDS[entry["status"]].removesuffix(" with"), *named]))
+    named = [name for name in entry["verdict"] if name != "unknown"]
+    status, said = STATUS_WORDS[entry["status"]].removesuffix(" with"), effects_words(named)
+    yield "verdict", Cell(f"{status}: {said}" if said else status)
     yield "free-run error", _error(baseline["nrmse"])
     yield "held-out error", _error(baseline["held_out_nrmse"])
     if after:

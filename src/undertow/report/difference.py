@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +15,20 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 
 from undertow.discrepancy.difference import Difference, Side
-from undertow.discrepancy.words import percent
+from undertow.discrepancy.naming import in_words
+from undertow.discrepancy.words import either, least_sets, percent
 from undertow.quantities import Estimate
-from undertow.report.style import BLUE, INK, VERMILLION, new_figure, page_style, svg_text
+from undertow.report.style import BLUE, INK, VERMILLION, in_theme, new_figure, page_style, svg_text
 from undertow.report.trial_figures import Response, response_of, time_axes
 from undertow.report.verdict_file import plain
-from undertow.report.wording import parameter_name, parameter_words, plain_number, reason_words, rejected_words
+from undertow.report.wording import (
+    parameter_name,
+    parameter_words,
+    plain_number,
+    printed_unit,
+    reason_words,
+    rejected_words,
+)
 from undertow.report.writing import rendered, write_text
 
 VERSION = 1
@@ -31,12 +39,12 @@ WIDTH_IN, HEIGHT_IN = 11.0, 3.0
 
 MOTIONS = (
     "The simulation's equation, released where and when the recording was: where the orange curve is as large as the "
-    "black one, the equation predicts nothing of the motion. The error in the first sentence is this one or smaller: "
-    "for it release, clock and rest position are adjusted to the recording."
+    "recording's, the equation predicts nothing of the motion. The errors in the table are this one or smaller: for "
+    "them release, clock and rest position are adjusted to the recording."
 )
 CYCLES = (
-    "Frequency and damping of every full cycle, large ones at the right: black off the blue squares shows at which "
-    "amplitude the two differ. A black point without a square: the simulation's equation has come to rest by then."
+    "Frequency and damping of every full cycle, large ones at the right: points off the squares show at which "
+    "amplitude the two differ. A point without a square: the simulation's equation has come to rest by then."
 )
 """Captions of the figures."""
 
@@ -97,35 +105,115 @@ def difference_page(difference: Difference) -> str:
     d = difference
     return rendered(
         "difference.html.j2",
-        sentence=d.sentence,
+        lead=lead_of(d),
+        sure=_sure(d),
+        errors=_errors(d),
+        cycles=d.cycles.sentence() if d.cycles is not None else "",
         rows=[_row(r.name, r.simulation, r.recording, r.sigmas) for r in d.rows],
         found=_found(d.recording.verdict.parameters) if not d.by_equation else [],
         equations=[
-            (name, side.fit.equation().text(side.fit.equation_errors()), percent(side.run.nrmse))
+            (name, _equation_words(side), percent(side.run.nrmse))
             for name, side in (("simulation", d.simulation), ("recording", d.recording))
         ],
         shares=_where(d),
-        figures=[(Markup(svg), caption) for svg, caption in _figures(d)],
+        figures=[(Markup(in_theme(svg)), caption) for svg, caption in _figures(d)],
         search=_search_words(d.recording.verdict.sentence),
-        rejected=[(r.name.replace("_", " "), rejected_words(r.name, r.because)) for r in d.recording.verdict.rejected],
+        rejected=[
+            (r.name.replace("_", " "), _alone(rejected_words(r.name, r.because))) for r in d.recording.verdict.rejected
+        ],
         scatter=", ".join(f"{symbol.replace('mu', 'μ')} {100.0 * share:.2g} %" for symbol, share in d.scatter.items()),
         notes=d.notes,
     )
+
+
+FAR = 3.0
+"""Standard errors from which two numbers are said to differ."""
+
+
+def lead_of(d: Difference) -> str:
+    """What the simulation lacks, and by how much the error falls with it: the page's first sentence."""
+    said = [f"{'enough ' if n in d.more else ''}{in_words(n, alone=True)}" for n in d.lacks if n != "unknown"]
+    extra = f", and has {_and(d.extra)}, which the recording does not show" if d.extra else ""
+    start, missed = "The simulation lacks", percent(d.mismatch.nrmse)
+    if not d.lacks:
+        far = [parameter_name(row.name).words for row in d.rows if row.sigmas > FAR]
+        but = f", but differs in {', '.join(far)}" if far else ""
+        does = "misses" if d.mismatch.missing else "stays within"
+        return f"{start} no law that this recording shows{but}{extra}: its equation {does} {missed} of the motion."
+    if not said:
+        return f"{start} something that no suspect explains{extra}: its equation misses {missed} of the motion."
+    before, after = _before_after(d)
+    falls = f"with it the error falls from {before} to {after}" if after else f"its equation misses {missed}"
+    return f"{start} {' and '.join(said)}{extra}: {falls} of the motion."
+
+
+def _and(names: Sequence[str]) -> str:
+    return " and ".join(in_words(name, alone=True) for name in names)
+
+
+def _before_after(d: Difference) -> tuple[str, str]:
+    """Errors without and with what is lacking: of both equations, or of the simulation's form in the search."""
+    found = d.recording.verdict
+    if d.by_equation or d.more:
+        return percent(d.mismatch.nrmse), percent(d.recording.run.nrmse)
+    after = percent(found.augmented.nrmse) if found.augmented is not None else "-"
+    return percent(found.baseline.nrmse), after.removesuffix("-")
+
+
+def _sure(d: Difference) -> str:
+    """How sure what is lacking is; empty where nothing is named."""
+    found = d.recording.verdict
+    if not set(d.lacks) - {"unknown"}:
+        return ""
+    if d.by_equation:
+        return "the recording's own equation needs it; no other recording was there to prove it"
+    if "unknown" in found.verdict:
+        return "it is the closest of what was tried and leaves more than noise; one recording does not prove it"
+    rivals = [_and(names) for names in least_sets((found.verdict, *found.alternatives))[1:]]
+    if rivals and not d.more:
+        return f"this recording cannot tell it from {either(rivals)}"
+    return "found in this one recording; no other was there to prove it"
+
+
+def _errors(d: Difference) -> list[tuple[str, str]]:
+    """Every error of the page with what it is of, each a share of the recording's motion."""
+    found = d.recording.verdict
+    rows = [
+        ("simulation's equation with its own numbers", percent(d.mismatch.nrmse)),
+        ("the same form of equation, its numbers fitted to the recording", percent(found.baseline.nrmse)),
+    ]
+    if found.augmented is not None and not d.by_equation and set(d.lacks) - {"unknown", *d.more}:
+        rows.append(("that form with what is lacking", percent(found.augmented.nrmse)))
+    return [
+        *rows,
+        ("the equation that the evidence keeps for the recording alone", percent(d.recording.run.nrmse)),
+        ("for comparison: what a repeated test would differ by", percent(d.mismatch.repeatability_nrmse)),
+    ]
+
+
+def _equation_words(side: Side) -> str:
+    text = side.fit.equation().text(side.fit.equation_errors())
+    return printed_unit(text.replace("x''", "ẍ").removeprefix("1 "))
+
+
+def _alone(text: str) -> str:
+    """A sentence about trials where there is one recording."""
+    return text.replace(" in 1 of 1 trials", "").replace("the trials it was fitted to", "this recording")
 
 
 def _search_words(sentence: str) -> str:
     """The search's sentence: its limit is what one recording allows, and no repeatability."""
     text = reason_words(sentence.removeprefix("recording: "))
     text = text.replace("within repeatability", "within what is allowed").replace("repeatability", "allowed")
-    return text[:1].upper() + text[1:]
+    return _alone(text[:1].upper() + text[1:])
 
 
 def _row(name: str, one: Estimate | None, other: Estimate | None, sigmas: float) -> Mapping[str, str]:
     far = plain_number(sigmas, 2) if math.isfinite(sigmas) else ""
     return {
-        "name": parameter_name(name).words, "simulation": "-" if one is None else str(one),
-        "recording": "-" if other is None else str(other), "sigmas": far,
-        "tone": "open" if one is None or other is None or sigmas > 3.0 else "",
+        "name": parameter_name(name).words, "simulation": "-" if one is None else printed_unit(str(one)),
+        "recording": "-" if other is None else printed_unit(str(other)), "sigmas": far,
+        "tone": "open" if one is None or other is None or sigmas > FAR else "",
     }  # fmt: skip
 
 

@@ -19,13 +19,14 @@ from scipy.special import ndtri
 
 from undertow.comparison.tail import Histogram
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
-from undertow.discrepancy.verdict import Described, Rejected
+from undertow.discrepancy.repaired import named_laws
+from undertow.discrepancy.verdict import Described, Rejected, Verdict
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
 from undertow.report.arrange import by_amplitude, is_usable
 from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, PALE, SKY, plain_log_ticks
-from undertow.report.trial_figures import response, thinned
-from undertow.report.wording import estimate_text, p_words, parameter_words
+from undertow.report.trial_figures import response, short_number, thinned
+from undertow.report.wording import effects_words, estimate_text, p_words, parameter_words
 
 PAIRS_AT_MOST = 7
 """Parameters of a pair plot: more have no room for their names."""
@@ -55,9 +56,25 @@ HOLDS_DIFFER = 1.5
 """The longest hold must be this many times the shortest before friction is drawn against it."""
 
 
+def odds_beside(verdict: Verdict) -> str:
+    """What the odds of a verdict's rejected suspects are beside, in words: what is said, the candidate that comes
+    closest where that is not said, or the equation as it is.
+
+    The search's best set is in no list of rejected suspects; the conditions name it, and where nothing was best the
+    strongest suspect, which was rejected.
+    """
+    if named_laws(verdict):
+        words = effects_words(name for name in verdict.verdict if name != "unknown")
+        return f"{words} (closest, not proved)" if verdict.status == "unknown" else words
+    tested = next((gate.statistic for gate in verdict.decision if gate.gate == "evidence"), "")
+    names = tested.removeprefix("log odds of ").removesuffix(" over nothing").split("+")
+    if not tested or {*names} & {one.name for one in verdict.rejected}:
+        return "the equation as it is"
+    return f"{effects_words(names)} (closest, not said)"
+
+
 def draw_suspects(said: str, others: Sequence[Rejected], figure: Figure) -> Figure:
-    """Bars: log10 of the odds of every suspect beside what is said (zero); hollow: at most that, it was screened out or
-    its numbers mean nothing."""
+    """Bars: log10 of the odds of every suspect beside what is ``said`` (zero, the diamond); orange: more than it."""
     axes = figure.subplots()
     rows = sorted((r for r in others if math.isfinite(r.log_odds)), key=lambda r: -r.log_odds)[:SUSPECTS_AT_MOST]
     odds = [r.log_odds / math.log(10.0) for r in rows]
@@ -65,16 +82,18 @@ def draw_suspects(said: str, others: Sequence[Rejected], figure: Figure) -> Figu
     axes.plot([0.0], [0], "D", color=GREEN, ms=6.0, clip_on=False)
     for at, value in enumerate(odds, 1):
         side, align = (3, "left") if value >= 0.0 else (-3, "right")
-        words = f"{value:.0f}" if abs(value) >= 10.0 else f"{value:.2g}"
+        words = f"{value:.0f}" if abs(value) >= 10.0 else short_number(value, 2)
+        words = words.replace("-", "\u2212")
         axes.annotate(words, (value, at), (side, 0), textcoords="offset points", va="center", ha=align, fontsize=7.5)
     axes.axvline(0.0, color=GREY, lw=0.6)
     axes.set_yticks(range(len(rows) + 1), [said, *(r.name.replace("_", " ") for r in rows)])
     if max(map(abs, odds), default=0.0) > FAR_APART:
         axes.set_xscale("symlog", linthresh=1.0)
+        axes.xaxis.set_major_formatter(lambda value, _: f"{value:.0f}".replace("-", "\u2212"))
     axes.margins(x=0.1)
     axes.invert_yaxis()
     axes.grid(axis="y", visible=False)
-    axes.set_xlabel("log10 of the odds beside what is said")
+    axes.set_xlabel(f"log10 of the odds beside {said}")
     return figure
 
 
@@ -123,8 +142,8 @@ def draw_pairs(repaired: Described, axes: Axes) -> Axes:
             axes.add_collection(LineCollection(rings, colors=[BLUE, SKY], linewidths=1.0))
             colour, side = NOT_EXPLAINED if abs(r) > TIGHT else INK, 1.0 if r < 0.0 else -1.0
             axes.text(
-                column + 0.46 * side, -row + 0.46, f"{round(r, 2) + 0.0:+.2f}", fontsize=7.5, va="top",
-                ha="right" if side > 0.0 else "left", color=colour,
+                column + 0.46 * side, -row + 0.46, f"{round(r, 2) + 0.0:+.2f}".replace("-", "\u2212"), fontsize=7.5,
+                va="top", ha="right" if side > 0.0 else "left", color=colour,
             )  # fmt: skip
     marks = [Line2D([], [], color=BLUE, label="one standard error"), Line2D([], [], color=SKY, label="two")]
     marks.append(Line2D([], [], ls="none", label="number: correlation"))
@@ -169,7 +188,8 @@ def draw_noise(trial: TrialFindings, period: float, figure: Figure) -> Figure:
     levels = (np.arange(QUANTILES) + 0.5) / QUANTILES
     normal = ndtri(levels)
     if noise > 0.0:
-        right.plot(normal, normal * noise, color=GREY, lw=1.0, label=f"sensor noise, {noise:.2g} {shown.unit}")
+        words = f"sensor noise, {short_number(noise, 2)} {shown.unit}"
+        right.plot(normal, normal * noise, color=GREY, lw=1.0, label=words)
     right.plot(normal, np.quantile(residual, levels), ".", ms=3.0, color=BLUE, label="residual")
     right.set(xlabel="quantile of a normal distribution", ylabel=f"residual ({shown.unit})")
     right.legend(loc="upper left")

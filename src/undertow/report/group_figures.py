@@ -109,7 +109,7 @@ def _of_the_answer(group: GroupFindings) -> dict[str, str]:
     drawn: dict[str, str] = {}
     verdict = group.verdict
     if any(math.isfinite(r.log_odds) for r in verdict.rejected):
-        said = " + ".join(name.replace("_", " ") for name in named_laws(verdict)) or "the equation as it is"
+        said = fit_figures.odds_beside(verdict)
         rows = min(len(verdict.rejected), fit_figures.SUSPECTS_AT_MOST) + 1
         drawn["suspects"] = svg_text(
             fit_figures.draw_suspects(said, verdict.rejected, new_figure(WIDTH_IN, 0.9 + 0.2 * rows))

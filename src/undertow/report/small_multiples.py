@@ -20,7 +20,17 @@ from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.recording.recording import Array
 from undertow.report.arrange import chosen
 from undertow.report.style import GREEN, GREY, INK, NOT_EXPLAINED, PALE, PRESCRIBED
-from undertow.report.trial_figures import RUNAWAY, allowance, leaves, reach, response, thinned, trial_heading
+from undertow.report.trial_figures import (
+    RUNAWAY,
+    allowance,
+    leaves,
+    reach,
+    response,
+    short_number,
+    thinned,
+    trial_heading,
+    with_words,
+)
 
 PANELS_AT_MOST = 24
 """Trials of a group that are drawn; of more, the ends and the worst explained ones."""
@@ -31,8 +41,9 @@ POINTS_AT_MOST = 280
 ROW_IN, WIDTH_IN = 2.3, 11.0
 """Height of a row of panels and width of the figure, inch."""
 
-MOTION, RESIDUAL = (0.36, 0.84), (0.08, 0.32)
-"""Bottom and top of the motion's and of the residual's strip, over a panel's height; its heading stands above."""
+MOTION, RESIDUAL = (0.40, 0.84), (0.08, 0.32)
+"""Bottom and top of the motion's and of the residual's strip, over a panel's height; its heading stands above, their
+scales between them."""
 
 GAP = 0.035
 """Free width between panels, over a panel's width."""
@@ -70,9 +81,9 @@ def panel_grid(panels: int) -> tuple[int, int]:
 
 
 def draw_free_runs(group: GroupFindings, figure: Figure, at_most: int = PANELS_AT_MOST) -> Figure:
-    """Small multiples of a group, a panel a trial by amplitude: measured, free run, dashed with what the verdict names;
-    below, what they leave to a scale of its own, with what repeatability allows."""
-    trials = chosen(group.trials, at_most)
+    """Small multiples of a group, a panel a trial by amplitude: measured, free run, dashed with what the verdict names
+    or the closest candidate; below, what they leave to a scale of its own, with what repeatability allows."""
+    trials, found = chosen(group.trials, at_most), with_words(group.verdict)
     columns, rows = panel_grid(len(trials))
     figure.set_layout_engine("none")
     axes = figure.add_axes((0.005, 0.005, 0.99, 1.0 - 0.3 / (ROW_IN * rows)))
@@ -81,10 +92,10 @@ def draw_free_runs(group: GroupFindings, figure: Figure, at_most: int = PANELS_A
     axes.set_ylim(0.0, rows)
     for i, trial in enumerate(trials):
         row, column = divmod(i, columns)
-        _draw_panel(_panel(trial, float(column), float(rows - 1 - row)), axes)
+        _draw_panel(_panel(trial, float(column), float(rows - 1 - row)), found, axes)
     marks = [("measured", INK, "-"), ("free run", PRESCRIBED, "-")]
     marks += [("frame: trial not explained", NOT_EXPLAINED, "-")] if any(t.mismatch.missing for t in trials) else []
-    marks += [("with what was found", GREEN, "--")] if any(t.augmented for t in trials) else []
+    marks += [(found, GREEN, "--")] if any(t.augmented for t in trials) else []
     handles = [Line2D([], [], color=colour, ls=style, label=words) for words, colour, style in marks]
     figure.legend(handles=handles, loc="upper left", ncols=len(handles), borderaxespad=0.1)
     return figure
@@ -98,8 +109,8 @@ def _panel(trial: TrialFindings, left: float, bottom: float) -> _Panel:
     return _Panel(trial, left, bottom, largest, left_over or largest)
 
 
-def _draw_panel(panel: _Panel, axes: Axes) -> None:
-    """One trial: band, curves, heading, and the scales in words."""
+def _draw_panel(panel: _Panel, found: str, axes: Axes) -> None:
+    """One trial: band, curves (the green one called ``found``), heading, and the scales in words."""
     trial = panel.trial
     missing = trial.mismatch.missing
     edge = NOT_EXPLAINED if missing else GREY
@@ -124,7 +135,7 @@ def _draw_panel(panel: _Panel, axes: Axes) -> None:
         largest = panel.motion if strip is MOTION else panel.residual
         line = np.column_stack([panel.x(t), panel.y(few, strip, largest)])
         axes.add_collection(LineCollection([line], colors=colour, linewidths=0.8, linestyles=style))
-    head = trial_heading(trial)
+    head = trial_heading(trial, found)
     axes.text(sides[0], panel.bottom + 0.86, head, fontsize=8.5, va="bottom", color=NOT_EXPLAINED if missing else INK)
     _draw_scales(panel, (float(sides[0]), float(sides[1])), axes)
 
@@ -132,10 +143,10 @@ def _draw_panel(panel: _Panel, axes: Axes) -> None:
 def _draw_scales(panel: _Panel, sides: tuple[float, float], axes: Axes) -> None:
     """What the strips' heights and the panel's width stand for, in words."""
     shown, t = response(panel.trial), panel.trial.t
-    for words, size, strip in (("", panel.motion, MOTION), ("residual ", panel.residual, RESIDUAL)):
-        said = f"{words}±{size * shown.factor:.3g} {shown.unit}"
-        place = sides[1] - 0.01, panel.bottom + strip[1] - 0.01
-        axes.text(*place, said, fontsize=7.5, ha="right", va="top", color=GREY)
-    span = f"{t[0]:.2g} to {t[-1]:.3g} s after the release"
+    between = panel.bottom + 0.5 * (MOTION[0] + RESIDUAL[1])
+    for words, size, at, side in (("", panel.motion, 0, "left"), ("residual ", panel.residual, 1, "right")):
+        said = f"{words}±{short_number(size * shown.factor)} {shown.unit}"
+        axes.text(sides[at], between, said, fontsize=7.5, ha=side, va="center", color=GREY)
+    span = f"{short_number(t[0], 2)} to {short_number(t[-1])} s after the release"
     span += f"; free run beyond {RUNAWAY:g} times the measured motion: cut" if leaves(panel.trial) else ""
     axes.text(sides[0], panel.bottom + 0.065, span, fontsize=7.5, va="top", color=GREY)

@@ -13,12 +13,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
+from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import percent
 from undertow.recording.recording import Array, Recording
 from undertow.report.arrange import chosen, excess
+from undertow.report.behind import is_repaired
 from undertow.report.style import DRAWN, GREEN, INK, NOT_EXPLAINED, PALE, PRESCRIBED, plain_log_ticks
+from undertow.report.wording import plain_number
 
 CURVES_AT_MOST = 8
 """Decays on one axes that a reader can still tell apart."""
@@ -34,6 +38,13 @@ FIRST_POINTS = 400
 
 RUNAWAY = 3.0
 """A free run is drawn up to so many times the largest measured motion: further away it has left the recording."""
+
+WITH_FOUND, WITH_CLOSEST = "with what was found", "with the closest candidate"
+"""How a free run with more than the equation is called: where the verdict names what was added, and where not."""
+
+STILL_MOVES = 0.35
+"""Share of a swing's largest speed: where a record cuts off a faster motion, its last value is no peak (a slower one's
+is within 6 % of it)."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +72,21 @@ def drawn_as(channel: str, coordinate: str) -> Response:
     turned = "angle" if channel == "displacement" else "angular velocity"
     words = turned if coordinate == "rotation" else channel
     return Response(words, unit if channel == "displacement" else f"{unit}/s", factor)
+
+
+def with_words(verdict: Verdict) -> str:
+    """How the free run with more than the equation is called, where a verdict's trials have one."""
+    return WITH_FOUND if is_repaired(verdict) else WITH_CLOSEST
+
+
+def short_number(value: float, digits: int = 3) -> str:
+    """At most so many digits, never with an "e".
+
+    >>> short_number(8.0), short_number(2031.7), short_number(2.66e6), short_number(1e-6)
+    ('8', '2030', '2.66 × 10⁶', '1 × 10⁻⁶')
+    """
+    short = f"{value:.{digits}g}"
+    return plain_number(value, digits) if "e" in short else short
 
 
 def allowance(trial: TrialFindings) -> float:
@@ -114,29 +140,30 @@ def thinned(t: Array, values: Array, at_most: int = POINTS_AT_MOST) -> tuple[Arr
     return t[index], values[index]
 
 
-def trial_heading(trial: TrialFindings) -> str:
-    """Release amplitude, free-run error against what is allowed, and in words if the trial is not explained."""
+def trial_heading(trial: TrialFindings, found: str = WITH_FOUND) -> str:
+    """Release amplitude, free-run error against what is allowed, and in words if the trial is not explained; ``found``
+    is what the green line is called."""
     factor, unit = DRAWN[trial.motion.recording.coordinate]
     mismatch = trial.mismatch
     error = f"error {percent(mismatch.nrmse)} (allowed {percent(mismatch.repeatability_nrmse)})"
-    text = f"{trial.motion.amplitude * factor:.3g} {unit} · {error}"
+    text = f"{short_number(trial.motion.amplitude * factor)} {unit} · {error}"
     if trial.held_out:
         text += " · held out"
     text += f" · NOT EXPLAINED ({excess(trial):.1f}×)" if mismatch.missing else ""
-    return text + (f"\nwith what was found: error {percent(trial.augmented.nrmse)}" if trial.augmented else "")
+    return text + (f"\n{found}: error {percent(trial.augmented.nrmse)}" if trial.augmented else "")
 
 
-def draw_free_run(trial: TrialFindings, axes: Axes) -> Axes:
+def draw_free_run(trial: TrialFindings, axes: Axes, found: str = WITH_FOUND) -> Axes:
     """Measured motion of one trial and the free run of its group's equation from the release, against time; dashed the
-    free run with what the verdict names."""
+    free run ``found``."""
     shown = response(trial)
     axes.plot(*thinned(trial.t, trial.measured * shown.factor), color=INK, lw=1.1, label="measured")
     axes.plot(*thinned(trial.t, trial.simulated * shown.factor), color=PRESCRIBED, lw=0.7, label="free run")
     if trial.augmented:
-        found = (trial.measured - trial.augmented.residual) * shown.factor
-        axes.plot(*thinned(trial.t, found), color=GREEN, lw=0.8, ls="--", label="with what was found")
+        after = (trial.measured - trial.augmented.residual) * shown.factor
+        axes.plot(*thinned(trial.t, after), color=GREEN, lw=0.8, ls="--", label=found)
     time_axes(axes, f"{shown.words}\n({shown.unit})")
-    axes.set_title(trial_heading(trial), color=NOT_EXPLAINED if trial.mismatch.missing else INK)
+    axes.set_title(trial_heading(trial, found), color=NOT_EXPLAINED if trial.mismatch.missing else INK)
     _say_that_it_leaves(trial, axes)
     return axes
 
@@ -196,6 +223,7 @@ def _swings_end(trial: TrialFindings) -> float:
 
 def half_cycle_peaks(t: Array, x: Array, smallest: float) -> tuple[Array, Array]:
     """Time and size of the largest |x| of every half cycle; crossings are counted once |x| has exceeded ``smallest``.
+    What the ends of the record cut off before (or after) its peak is left out.
 
     >>> t = np.arange(0.0, 2.0, 0.01)
     >>> _, sizes = half_cycle_peaks(t, np.exp(-t) * np.cos(2.0 * np.pi * t), 0.01)
@@ -207,13 +235,40 @@ def half_cycle_peaks(t: Array, x: Array, smallest: float) -> tuple[Array, Array]
     if away.size == 0:
         return np.zeros(0), np.zeros(0)
     splits = np.flatnonzero(np.diff(side[away])) + 1
-    peaks = [piece[int(np.argmax(np.abs(x[piece])))] for piece in np.split(away, splits)]
+    pieces = _with_peaks(x, np.split(away, splits))
+    peaks = [piece[int(np.argmax(np.abs(x[piece])))] for piece in pieces]
     return t[peaks], np.abs(x[peaks])
+
+
+def _with_peaks(x: Array, pieces: list[NDArray[np.intp]]) -> list[NDArray[np.intp]]:
+    """The half cycles whose peaks a record shows: without a first or last one that it cuts off while the body moves. A
+    release from rest and a body that stops are peaks."""
+    if len(pieces) == 1:
+        return pieces
+    starts = [int(piece[0]) for piece in pieces[1:]]
+    half = float(np.median(np.diff(starts))) if len(starts) > 1 else 2.0 * (starts[0] - int(pieces[0][0]))
+    first, last = int(pieces[0][0]), int(pieces[-1][-1])
+    outside = np.concatenate([[np.nan], x, [np.nan]])  # what is before the first sample, or after the last
+    begins = np.isnan(outside[first]) and _moves(np.abs(x[pieces[0][::-1]]), np.abs(x[pieces[1]]), half)
+    ends = np.isnan(outside[last + 2]) and _moves(np.abs(x[pieces[-1]]), np.abs(x[pieces[-2]]), half)
+    return pieces[bool(begins) : len(pieces) - bool(ends)]
+
+
+def _moves(sizes: Array, beside: Array, half: float) -> bool:
+    """Whether |x| of a piece still grows towards its end faster than that of a body that is about to turn: over the
+    last eighth of a half cycle of ``half`` samples. ``beside`` is |x| of the half cycle next to it."""
+    near = max(1, round(half / 8.0))
+    if sizes.size <= near:
+        return True
+    angle = math.pi * near / half
+    turning = 1.0 - math.cos(angle) + STILL_MOVES * math.sin(angle)
+    grown = float(np.max(sizes) - np.max(sizes[:-near]))
+    return grown > turning * max(float(np.max(sizes)), float(np.max(beside)))
 
 
 def draw_decay(group: GroupFindings, axes: Axes) -> Axes:
     """Amplitude of every half cycle against time on a log axis: points measured, lines the free run, dashed with what
-    the verdict names."""
+    the verdict names or, where it names nothing, with the closest candidate."""
     trials = chosen(group.trials, CURVES_AT_MOST)
     factor, sizes = response(trials[0]).factor, []
     for trial in trials:
@@ -233,6 +288,6 @@ def draw_decay(group: GroupFindings, axes: Axes) -> Axes:
         plain_log_ticks(axes.yaxis, sizes)
     shown = response(trials[0])
     axes.set(xlabel="time after release (s)", ylabel=f"peak {shown.words} a half cycle ({shown.unit})")
-    found = " · dashed: with what was found" if any(trial.augmented for trial in trials) else ""
+    found = f" · dashed: {with_words(group.verdict)}" if any(trial.augmented for trial in trials) else ""
     axes.set_title(f"points: measured · lines: free run{found}", fontsize=8)
     return axes

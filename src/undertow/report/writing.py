@@ -11,6 +11,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup
+
 PAGES = ("report.html", "audit.html", "differ.html")
 """Pages of the commands that write one, as they are called in a run folder."""
 
@@ -19,7 +21,6 @@ def rendered(template: str, **values: Any) -> str:
     """A page's text: every value is escaped, and one that the template asks for and nobody gave is an error. Per cent
     stand on their number's line."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
-    from markupsafe import Markup
 
     def together(value: Any) -> Any:
         plain = isinstance(value, str) and not isinstance(value, Markup)

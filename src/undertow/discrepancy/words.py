@@ -93,15 +93,17 @@ def count(number: int, singular: str) -> str:
 
 
 def least_sets(sets: Sequence[Sequence[str]]) -> list[Sequence[str]]:
-    """Sets of names of which the data cannot tell which: the first, and of the others those that hold no smaller one.
+    """Sets of names of which the data cannot tell which: the first, and of the others, short ones first, those that
+    hold no smaller one.
 
     What may be there beside a rival that is enough by itself is no other answer; all of them stand in verdict.json.
 
-    >>> least_sets([["drag"], ["echo", "memory"], ["memory"], ["drag", "echo"]])
-    [['drag'], ['memory']]
+    >>> least_sets([["drag"], ["echo", "memory"], ["sag", "echo"], ["memory"], ["drag", "echo"]])
+    [['drag'], ['memory'], ['sag', 'echo']]
     """
     first, *others = sets
-    return [first, *(one for one in others if not any(Counter(less) < Counter(one) for less in sets if less))]
+    least = (one for one in others if not any(Counter(less) < Counter(one) for less in sets if less))
+    return [first, *sorted(least, key=len)]
 
 
 def either(answers: Sequence[str]) -> str:

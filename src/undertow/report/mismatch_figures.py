@@ -85,8 +85,8 @@ def draw_energy(budget: EnergyBudget, found: Sequence[str], figure: Figure) -> F
     left.grid(axis="x", visible=False)
     for at, (_, value, colour) in enumerate(rows):
         right.barh(at, value, color=colour, height=0.65)
-        share = f"{round(value)} %".replace("-", "\N{MINUS SIGN}")
-        right.annotate(share, (max(value, 0.0), at), (3, 0), textcoords="offset points", va="center")
+        said = f"{round(value)} %".replace("-", "\N{MINUS SIGN}")
+        right.annotate(said, (max(value, 0.0), at), (3, 0), textcoords="offset points", va="center")
     right.set_yticks(range(len(rows)), [words for words, *_ in rows])
     right.invert_yaxis()
     right.margins(x=0.18)

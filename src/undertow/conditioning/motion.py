@@ -5,16 +5,21 @@ Belongs here: the frozen `Window` and `Motion`. Does not belong here: how they a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, wraps
 from types import MappingProxyType
+from typing import Concatenate, ParamSpec, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from undertow.errors import RecordingError
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array, Recording, read_only
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 
 @dataclass(frozen=True)
@@ -96,3 +101,19 @@ class Motion:
     def recorded(self, channel: str) -> Array:
         """A recorded channel from the release on, at the instants ``t``, (n,), in SI units."""
         return self.recording.channels[channel][-self.t.size :]
+
+
+def once_a_motion(work: Callable[Concatenate[Motion, P], R]) -> Callable[Concatenate[Motion, P], R]:
+    """``work`` of a motion and further arguments, done once for each and remembered as long as the motion lives: a
+    search fits the same motions a thousand times."""
+    kept: WeakKeyDictionary[Motion, dict[object, R]] = WeakKeyDictionary()
+
+    @wraps(work)
+    def asked(motion: Motion, /, *more: P.args, **named: P.kwargs) -> R:
+        known = kept.setdefault(motion, {})
+        key = more, tuple(named.items())
+        if key not in known:
+            known[key] = work(motion, *more, **named)
+        return known[key]
+
+    return asked

@@ -5,19 +5,14 @@ Belongs here: that mean. Does not belong here: turns (swings.py).
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
-from undertow.conditioning.motion import Motion
+from undertow.conditioning.motion import Motion, once_a_motion
 from undertow.conditioning.swings import PAUSED, find_swings
 from undertow.errors import IdentificationError
 
-KEPT = 64
-"""Motions of which is remembered what every fit of a level asks again: a search fits each a thousand times."""
 
-
-@lru_cache(KEPT)
+@once_a_motion
 def dominant_period(motion: Motion) -> float:
     """Mean period of the motion from crossings of the equilibrium inside the window, s.
 

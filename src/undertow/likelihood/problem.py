@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
-from undertow.conditioning.motion import Motion
-from undertow.conditioning.period import KEPT, dominant_period
+from undertow.conditioning.motion import Motion, once_a_motion
+from undertow.conditioning.period import dominant_period
 from undertow.equation.input import Drive, MotionSize
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import PlacedTerm
@@ -222,7 +222,7 @@ def _samples_a_cell(motion: Motion, period_s: float, dt: float) -> float:
     return 1.0 if quiet and wanted < FEW else wanted
 
 
-@lru_cache(KEPT)
+@once_a_motion
 def cells(motion: Motion, period_s: float, end_s: float = math.inf) -> tuple[np.ndarray, int]:
     """Indices (n_cells, m) of the window's samples, m consecutive ones a cell, and m (`COARSE`: else one).
 

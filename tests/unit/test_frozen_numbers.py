@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.exact_motions import LONG, exact_group, exact_motion
+from undertow.comparison import trajectories
 from undertow.comparison.laws import laws
 from undertow.comparison.polish import Polished, polish
 from undertow.comparison.trajectories import in_cells, trial_rows
@@ -21,7 +22,11 @@ from undertow.likelihood.group import group_model, terms_by_name
 from undertow.likelihood.noise import residual_memory
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.problem import Link, ProblemBuilder, TrialOptions
+from undertow.likelihood.residuals import residuals
 from undertow.methods.variable_projection import refine_inner
+
+STEPS = 40
+"""Integration steps a period when the numbers were kept."""
 
 SAME = 1e-8
 """Relative: rounding of another processor grows by the searches' few steps to some 1e-11."""
@@ -46,7 +51,7 @@ def solution(*terms: str) -> Solution:
     )
     for motion in motions():
         builder.trial(motion, model.trial_base(motion.name), links, TrialOptions(), model.laws)
-    return output_error.fit(builder.build())
+    return output_error.fit(builder.build(), effort=replace(output_error.FULL, steps_a_period=STEPS))
 
 
 @cache
@@ -93,7 +98,11 @@ def test_discover_polishes_to_the_same_numbers():
     assert found.own[1][0] == pytest.approx(0.10699712647642756, rel=SAME * 1e3)
 
 
-def test_discover_sees_the_same_residuals_and_derivatives():
+def test_discover_sees_the_same_residuals_and_derivatives(monkeypatch):
+    def as_then(trial, at):
+        return residuals(replace(trial, steps_a_period=STEPS), at)
+
+    monkeypatch.setattr(trajectories, "residuals", as_then)
     friction = (CoulombFriction(), QuadraticDrag(), CubicStiffness(), StribeckFriction(0.05))
     terms = (Stiffness(), ViscousDamping(), *friction)
     trial = in_cells(exact_motion(LONG, 0.1, rate_hz=200.0, a_noise=0.02), {"k1": 0.01})

@@ -17,6 +17,9 @@ from undertow.likelihood.free_run import FreeRun
 from undertow.methods.baseline import GroupFit
 from undertow.quantities import Estimate
 
+FAR = 3.0
+"""Standard errors from which two numbers are said to differ."""
+
 
 @dataclass(frozen=True)
 class TermRow:

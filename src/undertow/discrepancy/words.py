@@ -100,6 +100,8 @@ def least_sets(sets: Sequence[Sequence[str]]) -> list[Sequence[str]]:
 
     >>> least_sets([["drag"], ["echo", "memory"], ["sag", "echo"], ["memory"], ["drag", "echo"]])
     [['drag'], ['memory'], ['sag', 'echo']]
+    >>> least_sets([[], ["echo"]])  # where nothing is named
+    [[], ['echo']]
     """
     first, *others = sets
     least = (one for one in others if not any(Counter(less) < Counter(one) for less in sets if less))

@@ -279,14 +279,14 @@ def record_words(verdict: Verdict) -> str:
 
 
 def sure_words(verdict: Verdict) -> str:
-    """How often what is said holds, where enough such verdicts were counted; of ``cannot_tell``, which claims nothing,
-    empty.
+    """How often what is said holds, where enough such verdicts were counted; else empty, as of ``cannot_tell``, which
+    claims nothing.
 
     >>> sure_words(Verdict({}, (), status="not_identifiable", confidence=0.82))
     '82 %'
     """
     record = record_of(verdict)
-    if record is None or record.few or verdict.status == "cannot_tell":
+    if record is None or record.few:
         return ""
     return wording.confidence_words(verdict.confidence)
 

@@ -14,7 +14,7 @@ from typing import Any
 from markupsafe import Markup
 from matplotlib.axes import Axes
 
-from undertow.discrepancy.difference import Difference, Side
+from undertow.discrepancy.difference import FAR, Difference, Side
 from undertow.discrepancy.naming import in_words
 from undertow.discrepancy.words import either, least_sets, percent
 from undertow.quantities import Estimate
@@ -124,10 +124,6 @@ def difference_page(difference: Difference) -> str:
         scatter=", ".join(f"{symbol.replace('mu', 'μ')} {100.0 * share:.2g} %" for symbol, share in d.scatter.items()),
         notes=d.notes,
     )
-
-
-FAR = 3.0
-"""Standard errors from which two numbers are said to differ."""
 
 
 def lead_of(d: Difference) -> str:

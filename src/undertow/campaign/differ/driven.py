@@ -18,11 +18,11 @@ from pathlib import Path
 import numpy as np
 
 from undertow.campaign.config import RunConfig
-from undertow.campaign.differ.words import FAR, listed_in_words
+from undertow.campaign.differ.words import listed_in_words
 from undertow.campaign.driven.trials import driven_laws, must_drive, recording_alone, trial_of
 from undertow.comparison.driven_search import discover_driven
 from undertow.conditioning.driven import DrivenTrial
-from undertow.discrepancy.difference import TermRow
+from undertow.discrepancy.difference import FAR, TermRow
 from undertow.discrepancy.words import percent
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import ConfigError

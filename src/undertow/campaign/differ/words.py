@@ -8,16 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from undertow.discrepancy.difference import Difference
+from undertow.discrepancy.difference import FAR, Difference
 from undertow.discrepancy.naming import in_words
 from undertow.discrepancy.words import either, least_sets, percent
 from undertow.report.wording import parameter_name
 
 LET_GO = "let go like the recording, its equation"
 """How the second half of the sentence begins."""
-
-FAR = 3.0
-"""Standard errors from which two numbers are said to differ."""
 
 WORTH_A_LINE = 0.2
 """A line of the residual is spoken of from this share of it on."""

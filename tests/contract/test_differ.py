@@ -15,6 +15,7 @@ from tests.command_line import undertow
 from undertow.campaign.differ.compare import compare_motions
 from undertow.campaign.differ.files import differ
 from undertow.campaign.differ.lacking import UNKNOWN, _in_kilograms
+from undertow.campaign.differ.words import sentence_of
 from undertow.conditioning.condition import condition
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.verdict import Described, Verdict
@@ -25,7 +26,7 @@ from undertow.errors import ConfigError, RecordingError
 from undertow.likelihood.fit import Specimen
 from undertow.quantities import Estimate
 from undertow.recording.recording import Recording
-from undertow.report.difference import _found, _sure, lead_of
+from undertow.report.difference import _found, lead_of, sure_of
 
 SPRING_N_PER_M = 109_600.0
 PLAIN = equation_15(2637.4, 300.0, 590.0, SPRING_N_PER_M, 170.0, 1000.0)
@@ -109,10 +110,14 @@ def test_the_pages_first_sentence_says_one_thing_where_nothing_that_was_tried_is
     closest = replace(found, recording=open_side, lacks=("hidden_resonator", "unknown"), by_equation=False)
     assert "no suspect" not in lead_of(closest)
     assert "oscillates by itself" in lead_of(closest)
-    assert "closest of what was tried" in _sure(closest)
+    said = sentence_of(closest)  # the terminal says the page's first words, and then how sure and how far
+    assert said.startswith(lead_of(closest))
+    assert "It is the closest of what was tried" in said
+    assert "A repeated test would miss" in said
+    assert "closest of what was tried" in sure_of(closest)
     nothing = replace(closest, lacks=("unknown",))
     assert "lacks something that no suspect explains: its equation misses" in lead_of(nothing)
-    assert not _sure(nothing)
+    assert not sure_of(nothing)
 
 
 @pytest.mark.slow

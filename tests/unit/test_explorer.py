@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.findings_fixture import NOISE_M, bare_findings, small_findings
+from tests.findings_fixture import NOISE_M, bare_findings, named, small_findings
 from undertow.discrepancy.findings import AugmentedRun
 from undertow.report.explorer import FINENESS, TRIALS_AT_MOST, explorer_block, further_channels, steps_of, trial_data
+from undertow.report.style import new_figure, page_style
+from undertow.report.trial_curves import draw_runs_before_and_after
 
 
 def unpacked(text: str) -> str:
@@ -43,6 +45,20 @@ def test_a_curve_that_starts_late_says_where_and_one_with_gaps_stays_out() -> No
         kinds[bool(np.isnan(residual[0]))] = {c["kind"]: c["start"] for c in data["curves"]}
     assert kinds[True]["after"] == 7
     assert "after" not in kinds[False]
+
+
+
+def test_a_green_curve_says_what_it_is_of() -> None:
+    """Repaired is a group in which something is named; else it is the candidate that comes closest."""
+    group = named(small_findings().groups[1])
+    nothing = replace(group, verdict=replace(group.verdict, verdict=()))
+    for one, said in ((group, "with what was found"), (nothing, "with the closest candidate")):
+        block = explorer_block(replace(small_findings(), groups=(one,)), ["g"])
+        assert {t["found"] for t in json.loads(unpacked(block["data"]))["trials"]} == {said}
+    trial = replace(group.trials[0], augmented=AugmentedRun(0.1, np.zeros(group.trials[0].t.size)))
+    with page_style():
+        drawn = draw_runs_before_and_after(trial, new_figure(5.0, 3.0).subplots(), "with the closest candidate")
+    assert [line.get_label() for line in drawn.lines][-1] == "with the closest candidate: error 10 %"
 
 
 def test_of_long_trials_every_nth_sample_goes_along_and_the_page_can_say_so() -> None:

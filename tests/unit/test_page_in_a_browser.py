@@ -144,8 +144,8 @@ def test_the_explorer_zooms_turns_curves_and_channels_off_and_on_and_follows_a_l
     after = page.run(f"{plot}.layout.xaxis.range")
     assert before[0] < after[0] < after[1] < before[1]
     page.run("document.querySelector('#explore-curves input[value=after]').click()")
-    assert [t for t in page.run(f"{plot}.data.map((t) => [t.name, t.visible])") if t[0] == "equation repaired"] == [
-        ["equation repaired", False]
+    assert [t for t in page.run(f"{plot}.data.map((t) => [t.name, t.visible])") if t[0] == "with what was found"] == [
+        ["with what was found", False]
     ] * 2
     assert page.run(f"{plot}.layout.xaxis.range") == after  # a curve less is no reason to lose one's place
     page.run("document.querySelector('#explore-channels input[value=residual]').click()")

@@ -59,6 +59,21 @@ def test_the_energy_bars_are_shares_of_the_first_energy_and_green_is_what_was_fo
     assert said == ["50 %", "50 %", "0 %"]
 
 
+
+def test_what_an_outside_force_gives_is_not_called_unexplained() -> None:
+    """It has its own size and phase in every trial, so no bar of its own: what is left holds it."""
+    one = np.ones(2)
+    budget = EnergyBudget(one, 4.0 * one, one, {"coulomb_friction": 1.5 * one}, 0.1 * one)
+    with page_style():
+        names = [
+            [label.get_text() for label in figure.axes[1].get_yticklabels()]
+            for found in (["external_forcing"], ["cubic_stiffness"], [])
+            if (figure := mismatch_figures.draw_energy(budget, found, new_figure(11.0, 2.3)))
+        ]
+    friction = "structure: friction"
+    assert names == [[friction, "external forcing, and what is not explained"]] + 2 * [[friction, "not explained"]]
+
+
 def test_the_map_marks_the_body_and_what_was_found(axes: Axes) -> None:
     group = wet()
     trial = group.trials[3]

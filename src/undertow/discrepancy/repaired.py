@@ -29,6 +29,17 @@ def repaired_equation(prescribed: Equation, verdict: Verdict, specimen: Specimen
 
     Raises IdentificationError where none of them is a law of motion, or lacks a number.
     """
+    laws = _laws(verdict)
+    if laws and not any(_is_of_motion(name) for name in laws):
+        raise IdentificationError(
+            f"{laws[0]} is no law of the body's motion with the same numbers in all trials; the repaired equation is "
+            "the prescribed one with that corrected: take .prescribed and .parameters"
+        )
+    return refitted_equation(prescribed, verdict, specimen)
+
+
+def refitted_equation(prescribed: Equation, verdict: Verdict, specimen: Specimen) -> Equation:
+    """As `repaired_equation`; where none of the laws is one of motion the prescribed one with a verdict's numbers."""
     if verdict.augmented is None:
         return prescribed
     numbers = verdict.augmented.parameters
@@ -48,14 +59,15 @@ def repaired_equation(prescribed: Equation, verdict: Verdict, specimen: Specimen
             terms.append(_with_inner(term, refitted, numbers))
             values.append(refitted)
     found = [one for name in laws for one in _added_of(name, numbers, specimen, moved)]
-    if laws and not found:
-        raise IdentificationError(
-            f"{laws[0]} is no law of the body's motion with the same numbers in all trials; the repaired equation is "
-            "the prescribed one with that corrected: take .prescribed and .parameters"
-        )
     terms += [term for term, _ in found]
     values += [value for _, value in found]
     return Equation(tuple(terms), tuple(values), mass, prescribed.rest_m)
+
+
+def _is_of_motion(name: str) -> bool:
+    """Whether a law is a force of the body's own motion: one with the same numbers in all trials."""
+    law = row(name)
+    return bool(_moved((name,))) if law is None else not law.own_clock
 
 
 def _laws(verdict: Verdict) -> tuple[str, ...]:

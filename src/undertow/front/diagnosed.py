@@ -28,7 +28,7 @@ from undertow.front.trials import Trials
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Array, Condition
 from undertow.report.trial_curves import Axes, draw_runs_before_and_after, new_axes
-from undertow.report.trial_figures import draw_residual
+from undertow.report.trial_figures import draw_residual, with_words
 from undertow.uncertainty.posterior import Draws
 
 
@@ -184,11 +184,12 @@ class DiagnosedGroup(FoundNumbers):
         return Draws(values, float(draws), draws, OK)
 
     def plot(self, axes: Axes | None = None, trial: int | str | None = None) -> Axes:
-        """Measured motion, the prescribed equation's free run and the repaired one's, with the allowance as a band.
+        """Measured motion, the free runs of the prescribed equation and of that with more, the allowance as a band.
 
         The trial that shows it best where none is named: of the held-out ones that with the largest error.
         """
-        return draw_runs_before_and_after(self._one(trial), new_axes() if axes is None else axes)
+        axes = new_axes() if axes is None else axes
+        return draw_runs_before_and_after(self._one(trial), axes, with_words(self.verdict))
 
     def plot_residual(self, axes: Axes | None = None, trial: int | str | None = None) -> Axes:
         """Measured less free run, before and after, with what repetitions allow in grey; returns the Axes."""

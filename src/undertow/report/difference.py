@@ -106,7 +106,7 @@ def difference_page(difference: Difference) -> str:
     return rendered(
         "difference.html.j2",
         lead=lead_of(d),
-        sure=_sure(d),
+        sure=sure_of(d),
         errors=_errors(d),
         cycles=d.cycles.sentence() if d.cycles is not None else "",
         rows=[_row(r.name, r.simulation, r.recording, r.sigmas) for r in d.rows],
@@ -128,8 +128,8 @@ def difference_page(difference: Difference) -> str:
 
 def lead_of(d: Difference) -> str:
     """What the simulation lacks, and by how much the error falls with it: the page's first sentence."""
-    said = [f"{'enough ' if n in d.more else ''}{in_words(n, alone=True)}" for n in d.lacks if n != "unknown"]
-    extra = f", and has {_and(d.extra)}, which the recording does not show" if d.extra else ""
+    said = listed_in_words([n for n in d.lacks if n != "unknown"], d.more)
+    extra = f", and has {listed_in_words(d.extra)}, which the recording does not show" if d.extra else ""
     start, missed = "The simulation lacks", percent(d.mismatch.nrmse)
     if not d.lacks:
         far = [parameter_name(row.name).words for row in d.rows if row.sigmas > FAR]
@@ -140,11 +140,12 @@ def lead_of(d: Difference) -> str:
         return f"{start} something that no suspect explains{extra}: its equation misses {missed} of the motion."
     before, after = _before_after(d)
     falls = f"with it the error falls from {before} to {after}" if after else f"its equation misses {missed}"
-    return f"{start} {' and '.join(said)}{extra}: {falls} of the motion."
+    return f"{start} {said}{extra}: {falls} of the motion."
 
 
-def _and(names: Sequence[str]) -> str:
-    return " and ".join(in_words(name, alone=True) for name in names)
+def listed_in_words(names: Sequence[str], more: Sequence[str] = ()) -> str:
+    """Names in words; of those in ``more`` the simulation has some, but not enough."""
+    return " and ".join(f"{'enough ' if n in more else ''}{in_words(n, alone=True)}" for n in names)
 
 
 def _before_after(d: Difference) -> tuple[str, str]:
@@ -156,7 +157,7 @@ def _before_after(d: Difference) -> tuple[str, str]:
     return percent(found.baseline.nrmse), after.removesuffix("-")
 
 
-def _sure(d: Difference) -> str:
+def sure_of(d: Difference) -> str:
     """How sure what is lacking is; empty where nothing is named."""
     found = d.recording.verdict
     if not set(d.lacks) - {"unknown"}:
@@ -165,7 +166,7 @@ def _sure(d: Difference) -> str:
         return "the recording's own equation needs it; no other recording was there to prove it"
     if "unknown" in found.verdict:
         return "it is the closest of what was tried and leaves more than noise; one recording does not prove it"
-    rivals = [_and(names) for names in least_sets((found.verdict, *found.alternatives))[1:]]
+    rivals = [listed_in_words(names) for names in least_sets((found.verdict, *found.alternatives))[1:]]
     if rivals and not d.more:
         return f"this recording cannot tell it from {either(rivals)}"
     return "found in this one recording; no other was there to prove it"

@@ -21,7 +21,7 @@ from undertow.recording.recording import Array
 from undertow.report.arrange import chosen
 from undertow.report.small_multiples import PANELS_AT_MOST
 from undertow.report.style import DRAWN
-from undertow.report.trial_figures import reach, response
+from undertow.report.trial_figures import WITH_FOUND, reach, response, with_words
 
 TRIALS_AT_MOST = 120
 """Trials that can be explored on one page; of more, an equal part of every group: its ends and the worst explained."""
@@ -62,7 +62,8 @@ def explorer_block(findings: Findings, names: Sequence[str]) -> Mapping[str, Any
     for group, anchor, few in zip(findings.groups, names, shown, strict=True):
         for trial in few:
             places[trial.motion.name] = len(trials)
-            trials.append({**trial_data(trial, samples), "group": group.label, "anchor": anchor})
+            data = trial_data(trial, samples, with_words(group.verdict))
+            trials.append({**data, "group": group.label, "anchor": anchor})
     left_out = sum(len(group.trials) for group in findings.groups) - len(trials)
     return {
         "data": packed(json.dumps({"trials": trials}, separators=(",", ":"), allow_nan=False)),
@@ -81,8 +82,9 @@ def samples_at_most(trials: int) -> int:
     return min(SAMPLES_AT_MOST, VALUES_AT_MOST // (5 * max(trials, 1)))
 
 
-def trial_data(trial: TrialFindings, samples: int) -> dict[str, Any]:
-    """One trial for the browser: its name and errors in words, instants ``t``, ``curves`` (as `steps_of` gives them).
+def trial_data(trial: TrialFindings, samples: int, found: str = WITH_FOUND) -> dict[str, Any]:
+    """One trial for the browser: its name and errors in words, instants ``t``, ``curves`` (as `steps_of` gives them);
+    ``found`` says what the equation with more than the prescribed is.
 
     Every curve has a ``panel`` ("motion", or a further recorded channel) and a ``kind``: measured, before or after.
     """
@@ -106,6 +108,7 @@ def trial_data(trial: TrialFindings, samples: int) -> dict[str, Any]:
         "amplitude": f"{trial.motion.amplitude * factor:.3g} {unit}",
         "held_out": trial.held_out,
         "before": percent(trial.mismatch.nrmse),
+        "found": found,
         "after": "" if trial.augmented is None else percent(trial.augmented.nrmse),
         "allowed": percent(trial.mismatch.repeatability_nrmse),
         "every": every,

@@ -19,11 +19,11 @@ from undertow.conditioning.period import dominant_period
 from undertow.discrepancy.cycle_by_cycle import cycling
 from undertow.discrepancy.energy import EnergyBudget, energy_budget
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
-from undertow.discrepancy.repaired import named_laws
+from undertow.discrepancy.repaired import named_laws, refitted_equation
 from undertow.equation.equation import Equation
 from undertow.errors import UndertowError
 from undertow.report import figures, fit_figures, mismatch_figures, small_multiples, trial_figures
-from undertow.report.behind import repaired_of
+from undertow.report.behind import is_repaired, repaired_of
 from undertow.report.expressions import LATEX_LINE, numeric_lines
 from undertow.report.first_screen import shown_trial
 from undertow.report.style import new_figure, svg_text
@@ -63,9 +63,10 @@ def one_trial(findings: Findings, group: GroupFindings) -> TrialFindings | None:
 
 
 def budget_of(group: GroupFindings, trial: TrialFindings) -> EnergyBudget | None:
-    """Energy of one trial under the equation that is believed: the repaired one where there is one."""
-    written = repaired_of(group)
-    return energy_budget(trial.motion, group.equation if written is None else written[0])
+    """Energy of one trial under the equation that is believed: the repaired one where something is named."""
+    named = is_repaired(group.verdict)
+    believed = refitted_equation(group.equation, group.verdict, group.specimen) if named else group.equation
+    return energy_budget(trial.motion, believed)
 
 
 def marked_lines(group: GroupFindings, trial: TrialFindings) -> dict[str, float]:

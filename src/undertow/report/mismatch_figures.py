@@ -23,10 +23,11 @@ from undertow.discrepancy.cycle_by_cycle import Cycling
 from undertow.discrepancy.energy import EnergyBudget
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.residual import ResidualForce, residual_force
+from undertow.equation.registry import row
 from undertow.errors import UndertowError
 from undertow.recording.recording import Array
 from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, ORANGE, PRESCRIBED, PURPLE, SKY
-from undertow.report.trial_figures import leaves, response
+from undertow.report.trial_figures import WITH_FOUND, leaves, response, with_words
 
 CYCLES_AT_MOST = 12
 """Cycles of an energy budget that are drawn."""
@@ -96,7 +97,8 @@ def draw_energy(budget: EnergyBudget, found: Sequence[str], figure: Figure) -> F
 
 
 def _parts(budget: EnergyBudget, found: Sequence[str]) -> list[tuple[str, Array, str, str]]:
-    """Name, energy a cycle (n,), words and colour of every law, then of what is not explained."""
+    """Name, energy a cycle (n,), words and colour of every law, then of what is left: of what was found with a clock
+    of its own (another size and phase in every trial), and of what is not explained."""
     spare = iter((PURPLE, "#8C6D31", "#7B4FA3", "#56606B"))
     parts: list[tuple[str, Array, str, str]] = []
     for name, values in budget.taken.items():
@@ -104,7 +106,9 @@ def _parts(budget: EnergyBudget, found: Sequence[str]) -> list[tuple[str, Array,
         if name in found:
             words, colour = f"found: {name.replace('_', ' ')}", GREEN if GREEN not in {p[3] for p in parts} else ""
         parts.append((name, values, words, colour or next(spare, GREY)))
-    return [*parts, ("unexplained", budget.unexplained, "not explained", NOT_EXPLAINED)]
+    apart = [name.replace("_", " ") for name in found if (law := row(name)) is not None and law.own_clock]
+    left = ", ".join([*apart, "and what is not explained"]) if apart else "not explained"
+    return [*parts, ("unexplained", budget.unexplained, left, GREY if apart else NOT_EXPLAINED)]
 
 
 def draw_where(
@@ -116,8 +120,8 @@ def draw_where(
     panels = figure.subplots(2, 2, height_ratios=(1.0, below))
     draw_time_frequency(trial, lines, panels[0][0])
     draw_residual_force(group, panels[0][1])
-    draw_cycles(cycling, panels[1][0], "frequency")
-    draw_cycles(cycling, panels[1][1], "damping")
+    for panel, which in zip(panels[1], ("frequency", "damping"), strict=True):
+        draw_cycles(cycling, panel, which, with_words(group.verdict))
     return figure
 
 
@@ -213,8 +217,9 @@ def _forces(group: GroupFindings) -> list[ResidualForce]:
     return out
 
 
-def draw_cycles(cycling: Cycling, axes: Axes, which: str) -> Axes:
-    """Frequency or damping of every full cycle: points measured, with one standard error; lines the equations."""
+def draw_cycles(cycling: Cycling, axes: Axes, which: str, found: str = WITH_FOUND) -> Axes:
+    """Frequency or damping of every full cycle: points measured, with one standard error; lines the equations, of which
+    ``found`` says what the one with more than the prescribed is."""
     if not cycling.time.size:
         axes.set_title(f"{which} a cycle: no cycle is clear, noise turns the motion too")
         axes.set_axis_off()
@@ -222,7 +227,7 @@ def draw_cycles(cycling: Cycling, axes: Axes, which: str) -> Axes:
     scale = 1.0 if which == "frequency" else 100.0
     measured, error = scale * getattr(cycling, which), scale * getattr(cycling, f"{which}_error")
     axes.errorbar(cycling.time, measured, error, fmt="o", ms=3.0, color=INK, elinewidth=0.8, label="measured")
-    runs = (("as prescribed", PRESCRIBED, "-", cycling.before), ("repaired", GREEN, "--", cycling.after))
+    runs = (("as prescribed", PRESCRIBED, "-", cycling.before), (found, GREEN, "--", cycling.after))
     for words, colour, style, run in runs:
         if run is not None:
             axes.plot(run.time, scale * getattr(run, which), style, color=colour, lw=1.0, label=words)

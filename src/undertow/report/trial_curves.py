@@ -21,7 +21,7 @@ from undertow.discrepancy.words import percent
 from undertow.likelihood.free_run import FreeRun, scored_channel
 from undertow.recording.recording import Array
 from undertow.report.style import BLUE, GREEN, GREY, INK, NOT_EXPLAINED, PALE, PRESCRIBED, page_style
-from undertow.report.trial_figures import Response, allowance, drawn_as, response, thinned, time_axes
+from undertow.report.trial_figures import WITH_FOUND, Response, allowance, drawn_as, response, thinned, time_axes
 
 WIDTH_IN, HEIGHT_IN = 8.0, 3.2
 """Size of a figure of one trial, inches."""
@@ -176,8 +176,9 @@ def draw_errors(rows: Sequence[Row], axes: Axes) -> Axes:
     return axes
 
 
-def draw_runs_before_and_after(trial: TrialFindings, axes: Axes) -> Axes:
-    """Measured motion with what repetitions allow as a band, the prescribed equation's free run and the repaired one's.
+def draw_runs_before_and_after(trial: TrialFindings, axes: Axes, words: str = WITH_FOUND) -> Axes:
+    """Measured motion with what repetitions allow as a band, the prescribed equation's free run and that of the one
+    with more, of which ``words`` say what it is.
 
     x0, clock and rest position were adjusted to the trial, alike for both equations.
     """
@@ -191,7 +192,7 @@ def draw_runs_before_and_after(trial: TrialFindings, axes: Axes) -> Axes:
     axes.plot(*thinned(trial.t, trial.simulated * shown.factor), color=PRESCRIBED, lw=0.9, label=before)
     if trial.augmented:
         found = (trial.measured - trial.augmented.residual) * shown.factor
-        after = f"repaired: error {percent(trial.augmented.nrmse)}"
+        after = f"{words}: error {percent(trial.augmented.nrmse)}"
         axes.plot(*thinned(trial.t, found), color=GREEN, lw=0.9, ls="--", label=after)
     axes.set_title(f"{trial.motion.name}{' (held out)' if trial.held_out else ''}")
     time_axes(axes, f"{shown.words} ({shown.unit})")

@@ -18,7 +18,6 @@ from pathlib import Path
 import numpy as np
 
 from undertow.campaign.config import RunConfig
-from undertow.campaign.differ.words import listed_in_words
 from undertow.campaign.driven.trials import driven_laws, must_drive, recording_alone, trial_of
 from undertow.comparison.driven_search import discover_driven
 from undertow.conditioning.driven import DrivenTrial
@@ -32,6 +31,7 @@ from undertow.methods.driven_begin import START_SAMPLES
 from undertow.quantities import Estimate
 from undertow.recording.catalogue import read_trial
 from undertow.recording.recording import Array
+from undertow.report.difference import listed_in_words
 from undertow.report.driven_page import PagePart, page_html, run_picture
 from undertow.report.verdict_file import plain
 from undertow.report.wording import parameter_words, plain_number

@@ -217,7 +217,7 @@ def test_open_shows_the_page_in_the_browser(capsys, monkeypatch, tmp_path) -> No
 
 def test_open_says_where_there_is_no_page_or_no_browser(capsys, monkeypatch, tmp_path) -> None:
     said = undertow(capsys, "open", tmp_path)
-    assert said.code == 1
+    assert said.code == 2  # as of `compare` and `predict`
     assert "has no page: neither report.html nor audit.html nor differ.html; give the folder that" in said.err
     (tmp_path / "audit.html").write_text("<p>")
     monkeypatch.setattr(webbrowser, "open", lambda address: False)

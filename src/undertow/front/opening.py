@@ -24,7 +24,7 @@ from undertow.campaign.driven.predict import Predicted, equations_of
 from undertow.campaign.response.predict import PredictedSet
 from undertow.discrepancy.words import group_title
 from undertow.equation.equation import Equation
-from undertow.errors import UndertowError
+from undertow.errors import ConfigError, UndertowError
 from undertow.front.found_equation import FoundEquation
 from undertow.front.known import place_of
 from undertow.front.prediction import Prediction, predict
@@ -244,7 +244,7 @@ def open_run(folder: str | Path) -> OpenedRun:
 def page_of(run: str | Path) -> Path:
     """The page of a run folder (of `undertow run`, `audit` or `differ`), or the page itself where one is given.
 
-    Raises UndertowError where there is none.
+    Raises ConfigError where there is none.
 
     >>> try:
     ...     page_of("no_such_run")
@@ -258,7 +258,7 @@ def page_of(run: str | Path) -> Path:
     for name in PAGES:
         if (place / name).is_file():
             return place / name
-    raise UndertowError(
+    raise ConfigError(
         f"{place} has no page: neither {' nor '.join(PAGES)}; give the folder that `undertow run` printed in its last "
         "line"
     )

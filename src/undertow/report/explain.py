@@ -22,7 +22,7 @@ def explain_text(folder: Path, group: str = "") -> str:
     """Every group's gates (statistic, value, limit, passed) and rejected suspects; ``group`` takes those that these
     words or conditions fit (`groups_meant`).
 
-    Raises UndertowError where the folder holds no finished run, ConfigError where no group fits.
+    Raises ConfigError where the folder holds no run or no group fits, UndertowError where its verdict.json is spoiled.
     """
     return "\n\n".join(_explained(group_title(one["group"]), one) for one in explained(folder, group))
 
@@ -48,7 +48,7 @@ def _groups(folder: Path) -> list[Mapping[str, Any]]:
         return list(groups)
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as reason:
         why = (reason.strerror or str(reason)) if isinstance(reason, OSError) else str(reason)
-        raise UndertowError(
+        raise (ConfigError if isinstance(reason, OSError) else UndertowError)(
             f"{folder} holds no finished run with its decisions ({path.name}: {why}); give a folder that undertow "
             "run has written"
         ) from reason

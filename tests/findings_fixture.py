@@ -229,5 +229,6 @@ def bare_findings(velocity_only: bool = False, coordinate: Coordinate = "transla
     mismatch = Mismatch("r1", 0.0, math.nan, math.nan)
     trial = TrialFindings(motion, {"output_error": fit}, {"baseline": 0.0}, mismatch, t, shown, shown)
     verdict = Verdict({}, ("r1",), status="nothing_missing", sentence="all trials: nothing is missing.")
-    group = GroupFindings({}, False, (trial,), Specimen(), None, {"output_error": fit}, equation, {}, verdict)
+    body = Specimen(rotation=coordinate == "rotation")
+    group = GroupFindings({}, False, (trial,), body, None, {"output_error": fit}, equation, {}, verdict)
     return Findings("bare", (group,), (), ("output_error",), coordinate, {})

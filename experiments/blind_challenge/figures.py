@@ -25,7 +25,10 @@ def power_axes(axes: Axes, bins: list[dict[str, Any]]) -> Axes:
         ylabel="share",
         ylim=(0, 1.03),
     )
-    axes.legend()
+    ticks = (0.3, 1, 3, 10, 30)
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.set_xticks([], minor=True)
+    axes.legend(loc="upper left")
     return axes
 
 
@@ -41,7 +44,9 @@ def reliability_axes(axes: Axes, curve: list[dict[str, float]], exact: list[dict
     if exact:
         strict = [b["right"] for b in exact]
         axes.plot([b["confidence"] for b in exact], strict, ".:", color="0.4", label="names complete and exact")
-    axes.set(xlabel="confidence", ylabel="share right", xlim=(0, 1.02), ylim=(0, 1.02))
+    lowest = max(np.floor(10.0 * min([1.0, *c, *(b["low"] for b in curve)])) / 10.0, 0.0)  # verdicts crowd near one
+    said = [b["right"] for b in [*curve, *exact]]
+    axes.set(xlabel="confidence", ylabel="share right", xlim=(lowest, 1.01), ylim=(min([lowest, *said]) - 0.02, 1.02))
     axes.legend(loc="upper left")
     return axes
 

@@ -105,19 +105,19 @@ def draw_absence(name: str) -> Figure:
     without = without_law(name, whole, trials)
     figure = Figure(figsize=(8.0, 2.3), layout="constrained")
     left, right = figure.subplots(1, 2)
-    for run, x0, colour in zip(runs, releases, (NOT_EXPLAINED, BLUE), strict=True):
+    for run, x0, colour, style in zip(runs, releases, (NOT_EXPLAINED, BLUE), ("-", "--"), strict=True):
         other = undertow.simulate(without, x0=x0, times=run.t)
         if x0 == releases[0]:
             left.plot(run.t, shown * run.x, color=INK, lw=1.2, label="with the law")
-            left.plot(run.t, shown * other.x, color=NOT_EXPLAINED, lw=0.9, ls="--", label="without")
+            left.plot(run.t, shown * other.x, color=BLUE, lw=0.9, ls="--", label="without")
         label = f"released at {shown * x0:g} {unit}"
-        right.plot(run.t, 100.0 * (run.x - other.x) / x0, color=colour, lw=0.9, label=label)
+        right.plot(run.t, 100.0 * (run.x - other.x) / x0, style, color=colour, lw=0.9, label=label)
     left.set_ylabel(f"displacement ({unit})")
     right.set_ylabel("what is left (% of release)")
     for axes in (left, right):
         axes.set_xlabel("time after release (s)")
         axes.margins(x=0.0)
-        axes.legend(loc="upper right", ncols=2)
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
     return figure
 
 

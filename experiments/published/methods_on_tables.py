@@ -60,11 +60,11 @@ def judge(level: Level) -> Outcome:
     moving, whole = exact_history(level)
     return Outcome(
         level,
-        (one.value("added_mass_kg"), one.value("drag_coefficient")),
+        (one.parameters["added_mass_kg"].value, one.parameters["drag_coefficient"].value),
         moving,
         whole,
-        (meant.value("added_mass_kg"), meant.value("drag_coefficient")),
-        printed.value("drag_coefficient"),
+        (meant.parameters["added_mass_kg"].value, meant.parameters["drag_coefficient"].value),
+        printed.parameters["drag_coefficient"].value,
         friction_bias_kg(level.body.friction_N, find_instants(motion).peak.a),
     )
 

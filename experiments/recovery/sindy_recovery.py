@@ -79,14 +79,15 @@ def recover(truth: Truth, noise: str, seed: int) -> Outcome:
 def judge(truth: Truth, noise: str, seed: int, motions: list[Motion]) -> Outcome:
     """Errors of the fixed form and the terms of the selected one."""
     result = discover(motions, EQ15, subset=False)
-    total = truth.k_N_per_m / result.coefficient("stiffness")
+    found = dict(zip(result.names, result.coefficients, strict=True))
+    total = truth.k_N_per_m / found["stiffness"]
     drag = 0.5 * tables.WATER_DENSITY_KG_PER_M3 * tables.REFERENCE_AREA_M2
     found = np.array(
         [
             total - tables.STRUCTURE_MASS_KG,
-            result.coefficient("viscous_damping") * total,
-            result.coefficient("coulomb_friction") * total / truth.normal_force_N,
-            result.coefficient("quadratic_drag") * total / drag,
+            found["viscous_damping"] * total,
+            found["coulomb_friction"] * total / truth.normal_force_N,
+            found["quadratic_drag"] * total / drag,
         ]
     )
     scale = np.array([1.0, *(truth.unknowns[1:] / 100.0)])

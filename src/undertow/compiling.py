@@ -29,7 +29,7 @@ HEAVY = (
     "undertow.likelihood.eq15_search", "undertow.equation.kernel", "undertow.conditioning.fusion",
     "undertow.methods.method1",
 )  # fmt: skip
-"""Modules with compiled functions, the longest to compile first: where one is needed, all are, but by `alone`."""
+"""Modules with compiled functions, the longest to compile first: where one is needed, all are."""
 
 TASK = "UNDERTOW_COMPILES"
 """Variable of the environment that names the module which a process of its own compiles."""
@@ -63,7 +63,7 @@ class _Processes:
     """Processes that compile a module each, at most one a core at a time."""
 
     def __init__(self) -> None:
-        self.said, self.alone = False, False
+        self.said = False
         self._waiting: list[str] = []
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self._ended: set[str] = set()
@@ -73,7 +73,7 @@ class _Processes:
         if not self.said:
             logging.getLogger("undertow").warning("compiling the integrator once, up to half a minute")
             atexit.register(self.end)
-            self._waiting += () if self.alone or module not in HEAVY else HEAVY
+            self._waiting += HEAVY if module in HEAVY else ()
         self.said = True
         if module not in (*self._waiting, *self._running, *self._ended):
             self._waiting.append(module)
@@ -109,11 +109,6 @@ class _Processes:
 
 
 _PROCESSES = _Processes()
-
-
-def alone() -> None:
-    """Where something must be compiled, only what is imported: for commands that fit nothing."""
-    _PROCESSES.alone = True
 
 
 def mark_of(*modules: Any) -> int:

@@ -112,12 +112,21 @@ def or_nan(value: float | None) -> float:
     return math.nan if value is None else float(value)
 
 
+_OF_ROTATION = re.compile(r"\brad\b|\bN m\b|\bkg m\b")
+"""What the unit of a rotation has and none of a translation."""
+
+
 def unit_in_rotation(unit: str) -> str:
-    """The unit of a quantity of translation as it is where an angle is the coordinate.
+    """The unit of a quantity of translation as it is where an angle is the coordinate; a unit that is one of a
+    rotation already stays.
 
     >>> unit_in_rotation("N s^2/m^2"), unit_in_rotation("kg"), unit_in_rotation("N per kg")
     ('N m s^2/rad^2', 'kg m^2', 'N m per kg m^2')
+    >>> unit_in_rotation("N m/rad"), unit_in_rotation("kg m^2"), unit_in_rotation("rad/s")
+    ('N m/rad', 'kg m^2', 'rad/s')
     """
+    if _OF_ROTATION.search(unit):
+        return unit
     turned = re.sub(r"\bm\b", "rad", unit)
     return re.sub(r"\bkg\b", "kg m^2", re.sub(r"\bN\b", "N m", turned))
 

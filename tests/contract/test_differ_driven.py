@@ -84,7 +84,11 @@ def test_a_law_that_the_simulation_lacks_is_named_and_how_far_it_is_away(lacking
     page = (lacking / "out" / "differ.html").read_text()
     assert "standard errors apart" in page
     assert "<td>viscous damping</td>" in page
-    assert "motion (m)" in page  # a name of the record there had run over the picture's edge
+    assert "displacement" in page  # a name of the record there had run over the picture's edge
+    assert page.count('<figure class="equation">') == 2  # of simulation and recording, typeset
+    assert 'id="theme"' in page
+    assert page.count("<td>viscous damping</td>") == 1
+    assert '<b class="alarm">' in page
 
 
 def test_a_driven_file_without_a_config_asks_for_one(lacking, capsys):

@@ -19,7 +19,9 @@ from undertow.campaign.driven.trials import driven_trials, must_drive
 from undertow.campaign.inspection import inspect_file
 from undertow.campaign.run.claim import claimed
 from undertow.campaign.run.folder import run_to_folder
+from undertow.comparison.driven_folds import validation_rms
 from undertow.conditioning.driven import DrivenTrial
+from undertow.discrepancy.words import percent
 from undertow.equation.base_motion import moving_drive
 from undertow.equation.driven import driven_motion
 from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
@@ -76,9 +78,38 @@ def test_a_run_names_the_drag_that_the_equation_lacks(finished):
     assert "quadratic drag" in done.summary
     page = (done.folder / "report.html").read_text()
     assert "<td>quadratic drag</td>" in page
-    assert "_per_m" not in page
+    assert "_per_m" not in page.partition("Config as resolved")[0]
     for name in ("report.html", "trials.csv", "levels.csv", "mismatch.csv", "manifest.json", "config.yaml"):
         assert (folder / "run" / name).stat().st_size > 0
+
+
+def test_the_page_says_first_what_was_found_how_sure_it_is_and_what_no_fit_had_seen(finished):
+    folder, _ = finished
+    page = (folder / "run" / "report.html").read_text()
+    first, _, rest = page.partition('<section id="first"')[2].partition("</section>")
+    assert '<span class="tag found">explained with quadratic drag</span>' in first
+    assert "The equation leaves out drag with the square of the speed." in first
+    assert "<b>How sure</b>: no probability and no p-value is computed for a driven body." in first
+    group = json.loads((folder / "run" / "verdict.json").read_text())["groups"][0]
+    errors = (group[one]["held_out_nrmse"] for one in ("baseline", "augmented"))
+    before, after = (percent(error).replace(" %", "\u00a0%") for error in errors)
+    assert f'<b class="alarm">{before}</b>error of the equation as prescribed' in first
+    assert f'<b class="good">{after}</b>error of the repaired equation' in first
+    assert "equation as prescribed" in first.partition("<svg")[2].partition("</svg>")[0]
+    assert rest.count('<figure class="equation">') == 2
+    assert "<th>parameter</th>" in rest
+    assert "= F(t)" in rest
+    assert "Config as resolved" in rest
+
+
+def test_the_picture_of_what_was_held_back_is_of_equations_fitted_to_the_rest(finished):
+    _, done = finished
+    proof, (before, after) = done.found.proof, done.found.validation
+    (unseen,) = proof.unseen
+    assert (unseen.t.size, unseen.t[0]) == (500, 20.0)
+    assert validation_rms([unseen], proof.before) == pytest.approx(before)
+    assert validation_rms([unseen], proof.after) == pytest.approx(after)
+    assert proof.after.numbers["mass_kg"] != done.found.augmented.numbers["mass_kg"]
 
 
 def test_a_run_without_a_page_writes_tables_and_verdicts_alone_and_sets_an_older_page_aside(finished, tmp_path):
@@ -440,7 +471,7 @@ def test_decays_run_beside_driven_records(with_decays):
     page = (with_decays / "run/report.html").read_text()
     assert "Standard errors by kind of record" in page
     told = page.partition("Standard errors by kind of record")[2]
-    rows = [row.split("</td><td>") for row in told.split("<tr><td>")[1:]]
+    rows = [re.findall("<td[^>]*>(.*?)</td>", row) for row in told.partition("</table>")[0].split("</tr>")[1:-1]]
     assert len(rows) == 4
     for row in rows:
         assert float(row[3]) > 0.0  # driven alone

@@ -21,6 +21,7 @@ from undertow.equation.driven import driven_motion
 from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.input import MotionSize, drive_of
 from undertow.errors import ConfigError, RecordingError, UndertowError
+from undertow.report.wording import plain_number
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT / "data" / "harmonic_set"
@@ -83,9 +84,22 @@ def test_the_run_folder_has_the_contracts_files_and_opens(finished):
     for name in FILES:
         assert (folder / name).stat().st_size > 0
     page = (folder / "report.html").read_text()
-    assert page.count("<svg") == 2
-    assert "phase, deg" in page
+    assert page.count("<svg") == 7  # the first screen, two equations twice (for a phone), two sweeps
+    assert "phase (°)" in page
     assert "What was tried, on points nobody fitted" in page
+    first = page.partition('<section id="first"')[2].partition("</section>")[0]
+    assert '<span class="tag found">explained with cubic stiffness</span>' in first
+    assert "The equation leaves out stiffness with the cube of the displacement." in first
+    assert "<b>How sure</b>: no probability is computed for harmonic sets." in first
+    (verdict,) = json.loads((folder / "verdict.json").read_text())["groups"]
+    p_value = f"p = {plain_number(verdict['p_value'], 2)}"
+    assert f"Noise alone would leave what is left, or more, with {p_value}." in first
+    assert f"<b>{p_value}</b>how often noise alone would leave" in first
+    assert [first.count(f"var(--fig-{colour})") > 0 for colour in ("ink", "blue", "green")] == [True] * 3
+    assert "m_kg" not in page.partition("Config as resolved")[0]
+    assert {one.name for one in (folder / "figures").glob("*.svg")} == {
+        "all-trials--first.svg", "all-trials--run-1.svg", "all-trials--run-2.svg"
+    }  # fmt: skip
     entry = json.loads((folder / "equations.json").read_text())["groups"][0]
     assert entry["versions"]["augmented"]["terms"] == ["stiffness", "viscous_damping", "cubic_stiffness"]
     assert len(entry["versions"]["augmented"]["covariance"]) == 4

@@ -163,7 +163,7 @@ def test_a_diagnosis_prints_and_draws_itself(found, trials):
     labels = [line.get_label() for line in group.plot().lines]
     assert labels[0] == "measured"
     assert labels[1].startswith("as prescribed: error")
-    assert labels[2].startswith("repaired: error")
+    assert labels[2].startswith("with what was found: error")
     held_out = [t.motion.name for t in group.findings.trials if t.held_out]
     assert group.plot().get_title().split()[0] in held_out
     assert group.plot_residual(trial="r2").lines

@@ -57,7 +57,7 @@ def trials(*misfits: float) -> tuple[SimpleNamespace, SimpleNamespace]:
     solution = SimpleNamespace(problem=SimpleNamespace(trials=fitted), residuals=[np.ones(2)] * len(misfits))
     fit = SimpleNamespace(solution=solution, misfits=dict(zip(names, misfits, strict=True)))
     motions = tuple(SimpleNamespace(name=name, amplitude=0.05) for name in names)
-    return SimpleNamespace(member=SimpleNamespace(motions=motions), held=()), fit
+    return SimpleNamespace(member=SimpleNamespace(motions=motions), held=(), own="k, c and mu"), fit
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from undertow.errors import IdentificationError
 from undertow.uncertainty.collinearity import collinearity
 
 
@@ -52,8 +51,3 @@ def test_units_of_a_coefficient_do_not_change_what_is_said():
     scaled = collinearity(("a", "b"), covariance * np.outer(factors, factors), 1.0 / factors)
     assert scaled.sentences == plain.sentences
     assert scaled.weakest == pytest.approx(plain.weakest)
-
-
-def test_shapes_that_do_not_match_are_refused():
-    with pytest.raises(IdentificationError, match=r"2 names, a covariance of shape \(3, 3\) and sizes of shape \(2,\)"):
-        collinearity(("a", "b"), np.eye(3), np.ones(2))

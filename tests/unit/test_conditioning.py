@@ -275,10 +275,3 @@ def test_two_turning_points_make_no_cycles():
     t = np.linspace(0.0, 1.0, 50)
     with pytest.raises(RecordingError, match=r"1 turning points in the motion window of 1 s; a decay needs 3"):
         find_cycles(t, np.cos(4 * t), -np.sin(4 * t), np.ones(50))
-
-
-def test_equilibrium_says_the_width_of_friction_where_it_is_asked_for():
-    motion = exact_motion(LONG, 0.064, duration_s=6.0)
-    inside = motion.inside
-    cycles = find_cycles(motion.t[inside], motion.x[inside], motion.v[inside], motion.x_std[inside])
-    assert equilibrium(cycles, 1.5e-3).stderr == pytest.approx(1.5e-3, rel=0.1)

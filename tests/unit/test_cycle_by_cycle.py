@@ -34,7 +34,7 @@ def run_of(motion: Motion, simulated: np.ndarray) -> FreeRun:
     t = motion.windowed("t")
     there = np.interp(t, np.arange(simulated.size) / RATE_HZ, simulated)
     measured = motion.windowed("x") - motion.equilibrium.value
-    return FreeRun(t, measured, there, 0.1, np.zeros(1), np.zeros((t.size, 1)), "ok")
+    return FreeRun(t, measured, there, 0.1, np.zeros(1), np.zeros((t.size, 1)))
 
 
 def test_frequency_and_damping_of_both_are_those_that_were_planted():

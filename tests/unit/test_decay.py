@@ -30,10 +30,11 @@ def decay(x0=0.1, body=DRY, **sensors):
 
 def test_envelope_of_equation_1_returns_damping_friction_and_period():
     fit = identify_decay(decay(), SPECIMEN)
-    assert fit.value("c_Ns_per_m") == pytest.approx(590.0, rel=2e-4)  # turning points interpolated between 1 ms samples
-    assert fit.value("mu") == pytest.approx(MU, rel=2e-4)
-    assert fit.value("k_N_per_m") == pytest.approx(109592.0, rel=1e-5)
-    assert fit.value("damping_ratio") == pytest.approx(590.0 / 2.0 / math.sqrt(109592.0 * MASS_KG), rel=2e-4)
+    # turning points are interpolated between 1 ms samples
+    assert fit.parameters["c_Ns_per_m"].value == pytest.approx(590.0, rel=2e-4)
+    assert fit.parameters["mu"].value == pytest.approx(MU, rel=2e-4)
+    assert fit.parameters["k_N_per_m"].value == pytest.approx(109592.0, rel=1e-5)
+    assert fit.parameters["damping_ratio"].value == pytest.approx(590.0 / 2.0 / math.sqrt(109592.0 * MASS_KG), rel=2e-4)
     assert fit.anchor == "mass"
 
 
@@ -62,11 +63,11 @@ def test_envelope_does_not_care_where_the_sensor_has_its_zero():
 
 def test_a_stiffness_anchors_where_there_is_no_mass_and_neither_gives_ratios_over_mass():
     by_stiffness = identify_decay(decay(), Specimen(stiffness_N_per_m=109592.0))
-    assert by_stiffness.value("c_Ns_per_m") == pytest.approx(590.0, rel=3e-4)
+    assert by_stiffness.parameters["c_Ns_per_m"].value == pytest.approx(590.0, rel=3e-4)
     assert by_stiffness.anchor == "stiffness"
     per_mass = identify_decay(decay(), Specimen())
-    assert per_mass.value("k_N_per_m_per_mass") == pytest.approx(109592.0 / MASS_KG, rel=1e-5)
-    assert per_mass.value("mu") == pytest.approx(MU, rel=3e-4)
+    assert per_mass.parameters["k_N_per_m_per_mass"].value == pytest.approx(109592.0 / MASS_KG, rel=1e-5)
+    assert per_mass.parameters["mu"].value == pytest.approx(MU, rel=3e-4)
     assert per_mass.anchor == "none"
 
 

@@ -26,6 +26,8 @@ from undertow.discrepancy.sentence import no_answer, sentence_of
 from undertow.discrepancy.validation import Closeness, reach
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.discrepancy.wandering import as_what
+from undertow.likelihood.fit import Specimen
+from undertow.likelihood.group import GroupModel
 from undertow.quantities import Estimate
 
 GREEN = Verdict({"spring": "short"}, ("a", "b", "c"), status="nothing_missing", sentence="nothing is missing.")
@@ -757,15 +759,16 @@ def test_a_kernel_of_radiated_waves_has_no_frequency_to_be_held_against_a_cell()
 
 
 def test_a_name_that_leaves_more_than_noise_says_that_it_describes():
-    def left(misfit: float, trials: int) -> str:
+    def left(misfit: float, trials: int, own: str = "k, c and mu") -> str:
         problem = SimpleNamespace(trials=[None] * trials)
         fit = SimpleNamespace(misfit=misfit, solution=SimpleNamespace(problem=problem))
-        return _left(SimpleNamespace(best=SimpleNamespace(fit=fit)))
+        return _left(SimpleNamespace(best=SimpleNamespace(fit=fit)), case(own=own))
 
     assert "a description rather than the law" in left(36.0, 2)
     assert left(36.0, 2).endswith("of each trial's own it leaves 6 times the sensors' noise.")
     assert left(36.0, 3).endswith("noise; its numbers' errors hold by how much they move without one trial or another.")
     assert left(1.2, 3) == ""
+    assert "even with k and c of each trial's own" in left(36.0, 2, "k and c")
 
 
 @pytest.mark.parametrize(
@@ -849,9 +852,10 @@ def test_a_trial_beyond_repeatability_beside_nothing_missing_is_what_scatter_doe
     [(True, False, "N/m^3"), (False, False, "N/m^3 per kg"), (False, True, "N m/rad^3 per kg m^2")],
 )
 def test_what_could_have_been_seen_has_the_unit_of_the_groups_numbers(anchored, rotation, unit):
-    member = SimpleNamespace(motions=(), model=SimpleNamespace(anchored=anchored))
-    assert _unit("N/m^3", case(member=member, rotation=rotation)) == unit
-    assert _unit("1", case(member=member, rotation=rotation)) == "1"
+    model = GroupModel((), Specimen(rotation=rotation), np.zeros(1), (), anchored=anchored)
+    member = SimpleNamespace(motions=(), model=model)
+    assert _unit("N/m^3", case(member=member)) == unit
+    assert _unit("1", case(member=member)) == "1"
 
 
 def test_several_names_explain_it_together_and_come_closest_together():

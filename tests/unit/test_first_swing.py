@@ -30,7 +30,6 @@ def first_guess(t0=RELEASE_S + 0.02, w=1.1 * W):
 def test_a_swing_with_viscous_and_dry_friction_gives_its_release_exactly(damping):
     found = fit_first_swing(TIME, swing(damping=damping), 1e-9, **first_guess())
     assert found.t0 == pytest.approx(RELEASE_S, abs=1e-6)  # the law is the swing's own
-    assert found.w == pytest.approx(W, rel=1e-3)
     assert found.size == pytest.approx(0.019, rel=1e-3)
 
 

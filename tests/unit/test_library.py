@@ -10,7 +10,7 @@ from tests.exact_motions import LONG, RELEASES_M, exact_group, exact_motion
 from undertow.equation.hydrodynamics import AddedMass, DragExponent, QuadraticDrag
 from undertow.equation.structure import CoulombFriction, Stiffness, ViscousDamping
 from undertow.errors import IdentificationError
-from undertow.methods.library import TermLibrary, build_design, evaluate, label, motion_period
+from undertow.methods.library import DRIFT_ORDER, TermLibrary, build_design, evaluate, label, motion_period
 from undertow.methods.subset import BestSubset
 
 EQ15 = (Stiffness(), ViscousDamping(), CoulombFriction(), QuadraticDrag())
@@ -54,9 +54,9 @@ def test_period_is_that_of_the_body():
 
 def test_each_trial_has_its_own_constant_and_drift():
     group = exact_group()
-    design = build_design(group, EQ15, drift_order=1)
+    design = build_design(group, EQ15)
     assert design.trials == ("r0", "r1", "r2", "r3")
-    assert design.nuisance.shape == (design.response.size, 8)
+    assert design.nuisance.shape == (design.response.size, 4 * (DRIFT_ORDER + 1))
     first = design.trial == 0
     assert np.all(design.nuisance[~first][:, [0, 4]] == 0.0)
     assert np.all(design.nuisance[:, :4].sum(axis=1) == 1.0)
@@ -66,7 +66,7 @@ def test_each_trial_has_its_own_constant_and_drift():
 def test_a_wrong_equilibrium_is_taken_up_by_the_constant_for_a_linear_spring():
     motion = exact_motion(LONG, 0.1, offset_m=0.003)
     object.__setattr__(motion, "equilibrium", type(motion.equilibrium)(0.0, 1e-3, unit="m"))
-    design = build_design([motion], EQ15, drift_order=0)
+    design = build_design([motion], EQ15)
     missing = design.response - design.columns @ truth()
     assert missing == pytest.approx(-0.003 * LONG.k_N_per_m / LONG.inertia_kg, abs=1e-8)
 

@@ -41,8 +41,8 @@ def release(body, spring, **sensors):
 def test_with_inertia_the_drag_is_within_5_percent_and_added_mass_off_by_the_friction_left_out(spring, depth):
     body, structure, specimen = level(spring, depth)
     _, meant = identify_method2(release(body, spring), structure, specimen)
-    assert meant.value("drag_coefficient") == pytest.approx(tables.DRAG_COEFFICIENT[spring][depth], rel=0.05)
-    error = meant.value("added_mass_kg") - tables.ADDED_MASS_KG[spring][depth]
+    assert meant.parameters["drag_coefficient"].value == pytest.approx(tables.DRAG_COEFFICIENT[spring][depth], rel=0.05)
+    error = meant.parameters["added_mass_kg"].value - tables.ADDED_MASS_KG[spring][depth]
     peak = find_instants(release(body, spring)).peak
     bias = friction_bias_kg(body.friction_N, peak.a)
     # the blurred peak lies some 15 ms before the turn, where a little damping adds to the friction
@@ -64,10 +64,10 @@ def test_bias_of_added_mass_is_the_closed_form_just_before_the_turning_point(spr
 def test_as_printed_the_drag_is_negative_and_says_so(spring, depth):
     body, structure, specimen = level(spring, depth)
     printed, meant = identify_method2(release(body, spring), structure, specimen)
-    assert printed.value("drag_coefficient") < 0.0
+    assert printed.parameters["drag_coefficient"].value < 0.0
     assert "Eq. 21 as printed is negative for every decay" in printed.outcome
     assert meant.outcome == "ok"
-    assert printed.value("added_mass_kg") == meant.value("added_mass_kg")
+    assert printed.parameters["added_mass_kg"].value == meant.parameters["added_mass_kg"].value
     assert {printed.method, meant.method} == {"method2_printed", "method2"}
 
 
@@ -107,7 +107,7 @@ def test_noise_of_the_channels_is_in_the_standard_error():
     for seed in range(40):
         motion = release(body, "long", a_noise=0.1, seed=seed)
         _, meant = identify_method2(motion, structure, specimen)
-        values.append([meant.value("added_mass_kg"), meant.value("drag_coefficient")])
+        values.append([meant.parameters["added_mass_kg"].value, meant.parameters["drag_coefficient"].value])
         errors.append([meant.parameters[name].stderr for name in ("added_mass_kg", "drag_coefficient")])
     ratio = np.std(values, axis=0) / np.mean(errors, axis=0)
     assert np.all(ratio > 0.4)

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
-from undertow.recording.catalogue import Entry
-from undertow.recording.gather import fits
 from undertow.recording.patterns import Patterns
 
 FILE = "/lab/2017/configs/../data/run a/r4935.csv.gz"
@@ -41,8 +37,8 @@ def test_a_pattern_of_names_does_not_fit_a_folder() -> None:
 
 
 def test_a_name_with_brackets_is_named_by_itself() -> None:
-    assert fits(Entry("t[1]", Path("t[1].csv")), "t[1].csv")
-    assert fits(Entry("t1", Path("t1.csv")), "t[1].csv")
+    assert Patterns(["t[1].csv"]).fit("t[1]", "t[1].csv")
+    assert Patterns(["t[1].csv"]).fit("t1", "t1.csv")
 
 
 def test_patterns_are_given_in_the_order_they_were_written() -> None:

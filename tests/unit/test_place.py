@@ -15,7 +15,7 @@ T = np.arange(0.0, 10.0, 0.01)
 
 
 def run(measured, residual) -> FreeRun:
-    return FreeRun(T, measured, measured - residual, 0.1, np.zeros(1), np.zeros((T.size, 1)), "ok")
+    return FreeRun(T, measured, measured - residual, 0.1, np.zeros(1), np.zeros((T.size, 1)))
 
 
 def test_thirds_add_up_to_one_and_see_where_the_residual_is():

@@ -145,7 +145,7 @@ def test_one_trial_of_a_rate_alone_without_any_error_bar_makes_a_page(rotation: 
     with page_style():
         text = read(page(findings, page_figures(findings), {})).text
     assert "19.3, no error bar" in text
-    assert "per unit mass" in text
+    assert f"per unit {'inertia' if rotation else 'mass'}" in text
     assert ("inertia" in text) is rotation
 
 

@@ -16,7 +16,8 @@ from undertow.equation.structure import (
     ViscousDamping,
 )
 from undertow.errors import IdentificationError
-from undertow.methods.sindy import discover
+from undertow.methods.library import build_design
+from undertow.methods.sindy import discover, select_terms, solve_design
 from undertow.uncertainty.robust import robust_covariance
 
 EQ15 = (Stiffness(), ViscousDamping(), CoulombFriction(), QuadraticDrag())
@@ -59,11 +60,9 @@ def test_trials_that_differ_widen_the_error_and_equal_ones_do_not():
               ((0.8, 1.003), (1.1, 0.998), (1.2, 1.001), (0.9, 0.996))]  # fmt: skip
     scattered = [exact_motion(b, x0, f"r{i}", a_noise=0.02, seed=i) for i, (b, x0) in
                  enumerate(zip(bodies, (0.03, 0.05, 0.07, 0.1), strict=True))]  # fmt: skip
-    wide = discover(scattered, EQ15, subset=False)
     stiffness = 0
-    assert np.sqrt(wide.covariance[stiffness, stiffness] / wide.covariance_within[stiffness, stiffness]) > 2.0
-    alike = discover(exact_group(LONG, a_noise=0.02), EQ15, subset=False)
-    assert np.sqrt(alike.covariance[stiffness, stiffness] / alike.covariance_within[stiffness, stiffness]) < 2.5
+    assert solve_design(build_design(scattered, EQ15)).widening[stiffness] > 2.0
+    assert solve_design(build_design(exact_group(LONG, a_noise=0.02), EQ15)).widening[stiffness] < 2.5
 
 
 @pytest.mark.parametrize("body", [LONG, SHORT], ids=["long", "short"])
@@ -79,14 +78,12 @@ def test_friction_that_is_not_there_is_not_found():
     body = type(LONG)(3908.8, 590.0, 109592.0, 1e-9, 3924.0)
     found = discover(exact_group(body, a_noise=0.05), EQ15 + RIVALS)
     assert set(found.names) == NAMES - {"coulomb_friction"}
-    assert any(line.startswith("coulomb_friction: dropped: ") for line in found.why())
 
 
 def test_a_known_term_is_kept_though_the_data_do_not_ask_for_it():
     body = type(LONG)(3908.8, 590.0, 109592.0, 1e-9, 3924.0)
     found = discover(exact_group(body, a_noise=0.05), EQ15, known=[CoulombFriction()])
     assert "coulomb_friction" in found.names
-    assert "coulomb_friction: known to be there" in found.why()
     assert found.fit.per_mass["coulomb_friction"].outcome.startswith("not distinct from 0")
 
 
@@ -96,7 +93,8 @@ def test_a_coefficient_of_impossible_sign_is_said_and_not_selected():
     fixed = discover(group, EQ15, subset=False)
     assert "below 0, which quadratic_drag cannot be" in fixed.fit.per_mass["quadratic_drag"].outcome
     assert "quadratic_drag" not in discover(group, EQ15).names
-    assert "quadratic_drag" in discover(group, EQ15, signs=False).names
+    free = select_terms(build_design(group, EQ15), EQ15, signs=False)
+    assert free.support_[0, EQ15.index(QuadraticDrag())]
 
 
 def test_added_mass_is_part_of_the_total_mass_and_no_column():
@@ -118,7 +116,6 @@ def test_each_trial_alone_gives_its_own_equation():
     assert [result.fit.trials for result in each] == [("r0",), ("r1",), ("r2",), ("r3",)]
     for result in each:
         assert result.coefficients == pytest.approx(truth(LONG), rel=1e-6)
-        assert np.array_equal(result.covariance, result.covariance_within)
 
 
 def test_a_pair_that_one_trial_cannot_tell_apart_is_noted():
@@ -126,14 +123,10 @@ def test_a_pair_that_one_trial_cannot_tell_apart_is_noted():
     assert any("quadratic_drag and cubic_damping are hardly distinguishable" in note for note in result.fit.notes)
 
 
-def test_results_name_units_contributions_and_missing_terms():
-    result = discover(exact_group(), EQ15, subset=False)
-    assert result.fit.per_mass["stiffness"].unit == "N/m / kg"
-    assert result.contribution[0] == result.contribution.max()
-    assert result.why() == tuple(f"{name}: prescribed" for name in result.names)
-    assert result.coefficient("stiffness") == pytest.approx(truth(LONG)[0])
-    with pytest.raises(IdentificationError, match=r"no term 'cubic_stiffness'; it has stiffness, viscous_damping"):
-        result.coefficient("cubic_stiffness")
+def test_coefficients_per_mass_name_their_unit():
+    found = discover(exact_group(), EQ15, subset=False).fit.per_mass["stiffness"]
+    assert found.unit == "N/m / kg"
+    assert found.value == pytest.approx(truth(LONG)[0])
 
 
 def test_requests_that_have_no_answer_are_refused():

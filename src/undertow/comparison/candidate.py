@@ -215,31 +215,32 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None, doubted: 
     """Why a candidate's numbers mean nothing: a bound, a coefficient not distinct from zero, or a law of the equation
     that would feed the motion, and did not in the fit ``before``, or is ``doubted`` there for it; empty where they do.
     """
+    said_in = level.members[0].model.unit
     for addend in fit.addends:
         if addend in level.standing:
             continue
         beside = addend is fit.addends[-1] and len(fit.addends) > len(level.standing) + 1
         if addend.has_its_own_clock and (said := no_clock(level, fit, addend, beside, before)):
             return said
-        if addend.frees and (said := _usual(fit, addend)):
+        if addend.frees and (said := _usual(level, fit, addend)):
             return said
         strongest = 0.0
         inner = [n for a in addend.additions if a.inner for n in _names_of(fit, addend, a)]
         for a in addend.additions:
             names = _names_of(fit, addend, a)
             for name in names:
-                value, error = fit.value(name), fit.solution.stderr(name)
+                value, error, unit = fit.value(name), fit.solution.stderr(name), said_in(a.unit)
                 beyond = value >= a.upper * BOUNDED and not a.endless
                 if beyond or (a.lower > 0.0 and value <= a.lower * 1.001):
-                    return f"{name} = {value:.4g} {a.unit} sits on its bound"
+                    return f"{name} = {value:.4g} {unit} sits on its bound"
                 if a.inner and a.lower > 0.0 and not a.endless and not error < UNTOLD * value:
-                    return f"{name} = {value:.4g} +- {error:.2g} {a.unit} could be anything"
+                    return f"{name} = {value:.4g} +- {error:.2g} {unit} could be anything"
                 if a.inner or a is not addend.additions[0]:
                     continue
                 if a.takes and value < -FEEDS * error and not _unloaded(level, a, name, value):
-                    return f"{name} = {value:.4g} {a.unit} would {FEEDING}"
+                    return f"{name} = {value:.4g} {unit} would {FEEDING}"
                 if a.slot == "mass" and a.scope != "trial" and value < -FEEDS * error and level.is_dry:
-                    return f"{name} = {value:.4g} {a.unit} would make the body lighter than it is said to be"
+                    return f"{name} = {value:.4g} {unit} would make the body lighter than it is said to be"
                 error = _error_beside(fit, name, inner)
                 strongest = max(strongest, abs(value) / error if error > 0.0 else 0.0)
             if a.differs:
@@ -317,8 +318,9 @@ def _feeds(level: Level, fit: JointFit, before: JointFit | None) -> str:
         for symbol in ("c", "mu"):
             here, there = (None if one is None else learned_mean(member, one.solution, symbol) for one in (fit, before))
             if _negative(here) and not _negative(there):
+                unit = member.model.unit(here.unit)
                 return (
-                    f"beside it the dry {symbol} of {member.label} = {here.value:.3g} +- {here.stderr:.2g} {here.unit} "
+                    f"beside it the dry {symbol} of {member.label} = {here.value:.3g} +- {here.stderr:.2g} {unit} "
                     f"would {FEEDING}"
                 )
     return ""
@@ -359,11 +361,13 @@ def _stiffness_differs(level: Level) -> float:
     return float(np.std(np.concatenate([one / one.mean() for one in slopes])))
 
 
-def _usual(fit: JointFit, addend: Addend) -> str:
+def _usual(level: Level, fit: JointFit, addend: Addend) -> str:
     """Whether a suspected sensor errs no more than sensors usually do, in words."""
     mine = [u for u in fit.solution.problem.unknowns if u.name.startswith(f"{addend.frees}[")]
     usual = mine[0].prior_std if math.isfinite(addend.centre) else mine[0].prior_std / WIDER
     error = math.sqrt(float(np.mean([fit.value(u.name) ** 2 for u in mine])))
     if error < UNUSUAL * usual:
-        return f"{addend.frees} of {error:.2g} is no more than {UNUSUAL:g} times what sensors usually err ({usual:.2g})"
+        turns = addend.frees.endswith("_m") and level.members[0].model.specimen.rotation
+        size = f"{error:.2g}{' rad' if turns else ''}"  # else the name says the unit
+        return f"{addend.frees} of {size} is no more than {UNUSUAL:g} times what sensors usually err ({usual:.2g})"
     return ""

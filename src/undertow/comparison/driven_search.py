@@ -71,12 +71,22 @@ Numbers = Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class Proof:
+    """Records that were held back, and the fits to the others: as given, and with what was added (without what differs
+    from stroke to stroke)."""
+
+    unseen: tuple[DrivenTrial, ...]
+    before: DrivenFit
+    after: DrivenFit
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class DrivenFound:
     """The equation as given and with what it lacked, both fitted to everything, and how that was decided.
 
     ``validation`` is the rms of the free run over samples that were held back, of both; ``added`` the laws' names;
     ``rivals`` the hystereses that the record cannot tell from the one that was added, ``members`` fits of all that
-    competed, to what was not held back.
+    competed, to what was not held back; ``proof`` the two equations whose validation it is.
     """
 
     baseline: DrivenFit
@@ -86,6 +96,7 @@ class DrivenFound:
     validation: tuple[float, float]
     rivals: tuple[str, ...] = ()
     members: Mapping[str, DrivenFit] = field(default_factory=dict)
+    proof: Proof | None = None
 
     @property
     def best(self) -> DrivenFit:
@@ -177,7 +188,8 @@ def discover_driven(
     best, lowest = by_stroke(augmented or baseline, (trials, training, unseen), current, lowest)
     baseline, augmented, first = (baseline, best, first) if added else (best, None, lowest)
     kinds = (family.rivals, family.members) if family else ((), {})
-    return DrivenFound(baseline, augmented, tuple(added), tuple(tried), (first, lowest), *kinds)
+    proof = Proof(tuple(unseen), base, current)
+    return DrivenFound(baseline, augmented, tuple(added), tuple(tried), (first, lowest), *kinds, proof)
 
 
 def _names_added(added: Sequence[str], base: DrivenFit, current: DrivenFit) -> list[str]:

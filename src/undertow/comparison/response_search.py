@@ -57,7 +57,8 @@ class ResponseFound:
 
     ``validation`` is the rms of what both miss at points that were held back (``unseen``, mask (n,)); ``added`` the
     laws' names, ``alternatives`` pairs of an added law and one that the points cannot tell from it. ``p_value`` is how
-    often noise alone would leave what is left; ``unchecked`` why no law was tried, empty where laws were.
+    often noise alone would leave what is left; ``unchecked`` why no law was tried, empty where laws were; ``proof`` are
+    the two equations fitted to the other points alone.
     """
 
     baseline: HarmonicFit
@@ -69,6 +70,7 @@ class ResponseFound:
     unseen: np.ndarray
     p_value: float
     unchecked: str = ""
+    proof: tuple[HarmonicFit, HarmonicFit] | None = None
 
     @property
     def best(self) -> HarmonicFit:
@@ -143,8 +145,9 @@ def discover_response(
     validation = first.unseen_rms, current.unseen_rms
     unchecked = "" if tried else "discrepancy.suspects names no law that can be tried on a harmonic set"
     return ResponseFound(
-        baseline, augmented, tuple(added), alternatives, tuple(tried), validation, unseen, p_value, unchecked
-    )
+        baseline, augmented, tuple(added), alternatives, tuple(tried), validation, unseen, p_value, unchecked,
+        (first.fit, current.fit),
+    )  # fmt: skip
 
 
 def _too_few(measured: HarmonicSet, terms: Sequence[Term], unseen: np.ndarray) -> str:

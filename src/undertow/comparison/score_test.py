@@ -94,11 +94,9 @@ def peaks(found: Sequence[GridPlace]) -> tuple[GridPlace, ...]:
 
 @dataclass(frozen=True)
 class Stands:
-    """The fit that stands: its trials, each trial's Jacobian, what priors add to the normal matrix (``precision``),
-    that matrix' inverse, and the gradient."""
+    """The fit that stands: its trials, each trial's Jacobian, the inverse of its normal matrix, and the gradient."""
 
     fit: JointFit
-    precision: Array
     inverse: Array
     gradient: Array
 
@@ -112,7 +110,7 @@ class Stands:
         for jac, r, used in zip(solution.jacobians, solution.residuals, solution.used, strict=True):
             normal[np.ix_(used, used)] += jac.T @ jac
             gradient[used] += jac.T @ r
-        return cls(fit, precision, scaled_inverse(normal, 1e-12), gradient)
+        return cls(fit, scaled_inverse(normal, 1e-12), gradient)
 
     def pulled(self, residuals: Sequence[Array]) -> Array:
         """Gradients (unknowns, n) of the unknowns that stand, at residuals (rows, n) of every trial."""

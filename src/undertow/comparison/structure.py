@@ -27,7 +27,6 @@ from undertow.equation.equation import Equation
 from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.likelihood.noise import autocovariance, score_matrix
-from undertow.methods.exact_subsets import Step
 from undertow.methods.library import build_design, evaluate, label
 from undertow.methods.sindy import SELECTION_PERIODS, select_terms
 from undertow.methods.weak_form import Route, second_route
@@ -57,10 +56,10 @@ class FoundStructure:
     ``terms`` are those kept, inner parameters refined; ``numbers`` their coefficients (units over kg) and, as
     ``term.inner``, their inner parameters, each an Estimate; ``covariance`` (p, p) in the order of ``numbers``.
     ``considered`` names the whole library, ``evidence`` and ``inclusion`` speak of it: by how much the criterion rises
-    without a term (negative: falls), and how often resampled blocks keep it (empty where not asked for). ``trace`` is
-    the best subset of every size, ``rivals`` those within the uncertainty. ``route`` is the second route, None where
-    not asked for. ``left`` is the RMS of what remains over noise, ``forbidden`` the terms whose coefficient would be
-    negative and leave less, did the signs not keep it from that.
+    without a term (negative: falls), and how often resampled blocks keep it (empty where not asked for). ``rivals`` are
+    the subsets within the uncertainty. ``route`` is the second route, None where not asked for. ``left`` is the RMS of
+    what remains over noise, ``forbidden`` the terms whose coefficient would be negative and leave less, did the signs
+    not keep it from that.
     """
 
     trials: tuple[str, ...]
@@ -71,7 +70,6 @@ class FoundStructure:
     evidence: Mapping[str, float]
     inclusion: Mapping[str, float]
     rivals: tuple[RivalSubset, ...]
-    trace: tuple[Step, ...]
     collinear: Collinearity
     route: Route | None
     route_outcome: str
@@ -189,7 +187,6 @@ def _told(motions: Sequence[Motion], found: Selected, rules: Rules, effort: Effo
         evidence={name: found.search.evidence[i] for i, name in enumerate(names)},
         inclusion=dict(zip(names, shares, strict=False)),
         rivals=tuple(RivalSubset(tuple(names[i] for i in terms), difference) for terms, difference in rivals),
-        trace=found.search.trace,
         collinear=collinearity([term.name for term in terms], alone[:count, :count], _sizes(motions, terms)),
         route=route,
         route_outcome=outcome,

@@ -36,14 +36,13 @@ def condition(
     *,
     start_s: float | None = None,
     end_s: float | None = None,
-    friction_halfwidth: float = 0.0,
     window: Window | None = None,
     levels: Mapping[str, float] | None = None,
 ) -> Motion:
     """Window, smoothed x, v, a with errors, noise and equilibrium of one recording.
 
-    ``start_s``, ``end_s`` (s, the recording's time) override the window found; ``friction_halfwidth`` (m) is mu N / k
-    where it is known; ``window`` and ``levels`` (the noise of every channel) are taken where they are known already.
+    ``start_s``, ``end_s`` (s, the recording's time) override the window found; ``window`` and ``levels`` (the noise of
+    every channel) are taken where they are known already.
 
     Raises RecordingError where nothing moves, nothing that moves was recorded, or the window is too short.
     """
@@ -59,7 +58,7 @@ def condition(
     smoothed = fuse(t, channels, levels, _hold_bias(recording, window, levels))
     inside = (recording.time[after] >= window.start_s) & (recording.time[after] <= window.end_s)
     cycles = find_cycles(t[inside], smoothed.x[inside], smoothed.v[inside], smoothed.x_std[inside])
-    centre = equilibrium(cycles, friction_halfwidth)
+    centre = equilibrium(cycles)
     first = abs(float(smoothed.x[0]) - centre.value)
     amplitude = max(first, float(np.max(np.abs(smoothed.x[inside] - centre.value)))) if not window.held else first
     return Motion(

@@ -56,7 +56,7 @@ def find_cycles(t: Array, x: Array, v: Array, x_std: Array) -> Cycles:
     return Cycles(time, position, std, amplitude, frequency, decrement)
 
 
-def equilibrium(cycles: Cycles, friction_halfwidth: float = 0.0) -> Estimate:
+def equilibrium(cycles: Cycles) -> Estimate:
     """Where the oscillation is centred, in the sensor's scale, m, by each three turning points in a row.
 
     (p1 + 2 p2 + p3) / 4 is free of the amplitude and of a constant loss a half cycle (Coulomb friction shifts the
@@ -65,7 +65,6 @@ def equilibrium(cycles: Cycles, friction_halfwidth: float = 0.0) -> Estimate:
     square (drag); of a body damped by a quarter of critical b is a fifteenth of the swing. Centre and share of b are
     found together: b has another sign every time, and of few swings `LOSS` is believed of the share. The standard error
     holds what the share is not known, the values' own scatter, and the turning points' errors as its least.
-    ``friction_halfwidth`` (mu N / k) is added where a body's rest, not its centre, counts.
     """
     p = cycles.position
     centres = 0.25 * (p[:-2] + 2.0 * p[1:-1] + p[2:])
@@ -81,7 +80,7 @@ def equilibrium(cycles: Cycles, friction_halfwidth: float = 0.0) -> Estimate:
         left = centres - found[0] - found[1] * bent
         error = max(math.sqrt(float(np.mean(weights * left**2))), least)
     shared = 2.0 if centres.size > 1 else 1.0  # neighbours have turning points in common
-    stderr = math.hypot(math.sqrt(shared * variance), friction_halfwidth)
+    stderr = math.sqrt(shared * variance)
     return Estimate(float(found[0]), stderr, unit="m", source="centre of the oscillation")
 
 

@@ -53,13 +53,12 @@ BLOCKS = 16
 @dataclass(frozen=True)
 class FirstSwing:
     """Release ``t0`` (s) with its standard error (s), held position ``x0`` and deflection ``size`` in the channel's
-    unit, ``w`` in rad/s, ``spread`` the RMS of what is left."""
+    unit, ``spread`` the RMS of what is left."""
 
     t0: float
     stderr: float
     x0: float
     size: float
-    w: float
     spread: float
 
 
@@ -110,7 +109,7 @@ def _fitted(time: Array, values: Array, noise: float, first: Array, reach: float
             break
     rows = time <= numbers[0] + reach / numbers[3]
     predicted, columns = _swing(time[rows], numbers)
-    return FirstSwing(*_with_error(numbers, columns, values[rows] - predicted, prior, noise))
+    return _with_error(numbers, columns, values[rows] - predicted, prior, noise)
 
 
 def _swing(time: Array, numbers: Array) -> tuple[Array, Array]:
@@ -130,8 +129,8 @@ def _swing(time: Array, numbers: Array) -> tuple[Array, Array]:
 
 def _with_error(
     numbers: Array, columns: Array, residual: Array, prior: Array, noise: float
-) -> tuple[float, float, float, float, float, float]:
-    """The numbers with the release's error: blocks of residuals as they are (sandwich), or white noise if more."""
+) -> FirstSwing:
+    """What is found, with the release's error: blocks of residuals as they are (sandwich), or white noise if more."""
     spread = math.sqrt(float(residual @ residual) / max(residual.size - numbers.size, 1))
     scale = np.linalg.norm(columns, axis=0)
     unit = columns / scale
@@ -142,4 +141,4 @@ def _with_error(
     variance = max(float(sandwich[0, 0]), float(bread[0, 0]) * max(spread, noise) ** 2)
     t0, x0, size, w, damping = (float(number) for number in numbers)
     stderr = math.hypot(math.sqrt(variance) / float(scale[0]), LAW_SHARE * damping / w)
-    return t0, stderr, x0, size, w, spread
+    return FirstSwing(t0, stderr, x0, size, spread)

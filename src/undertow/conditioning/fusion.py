@@ -49,7 +49,7 @@ HELD_STILL = 1e-9
 
 @dataclass(frozen=True)
 class Smoothed:
-    """x, v, a and their standard errors (n,) in SI at the instants given, the accelerometer's bias, and by how much the
+    """x, v, a and their standard errors (n,) in SI at the instants given, and by how much the
     accelerometer's samples are of a later instant than their time stamp says (s, with standard error; nan where not
     both clocks are there)."""
 
@@ -59,7 +59,6 @@ class Smoothed:
     x_std: Array
     v_std: Array
     a_std: Array
-    bias: Array
     clock_s: float = math.nan
     clock_stderr_s: float = math.nan
 
@@ -244,11 +243,11 @@ def fuse(
         density = _best_density(setting, scale)
     means, covariances = setting.at(density)
     errors = np.sqrt(np.maximum(np.einsum("nii->ni", covariances), 0.0))
-    x, v, a, b = (np.ascontiguousarray(means[:, i]) for i in range(4))
+    x, v, a = (np.ascontiguousarray(means[:, i]) for i in range(3))
     if "displacement" not in channels:
         x = x - float(np.mean(x))
     clock = (float(means[-1, 4]), float(errors[-1, 4])) if np.any(setting.jerk) else (math.nan, math.nan)
-    return Smoothed(x, v, a, errors[:, 0], errors[:, 1], errors[:, 2], b, *clock)
+    return Smoothed(x, v, a, errors[:, 0], errors[:, 1], errors[:, 2], *clock)
 
 
 def _best_density(setting: _Setting, scale: float) -> float:

@@ -36,7 +36,6 @@ class Window:
     end_s: float
     release_stderr_s: float = 0.0
     held: bool = False
-    reason: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -119,11 +119,10 @@ def find_window(
         refuse_lost_release(recording, recording.channels[channel], levels[channel], release, half)
     if found is None:
         start = float(time[0]) if start_s is None else float(start_s)
-        window = Window(start, start, stop, 0.0, False, _reason(start_s, end_s, "no hold seen"))
+        window = Window(start, start, stop)
     else:
         transient = max(TRANSIENT_SHARE * half, 1.0 / recording.rate_hz)
-        reason = _reason(start_s, end_s, "released from a hold")
-        window = Window(release, release + transient, stop, error, True, reason)
+        window = Window(release, release + transient, stop, error, True)
     inside = int(np.count_nonzero((time >= window.start_s) & (time <= window.end_s)))
     if inside < 20:
         raise RecordingError(
@@ -168,11 +167,6 @@ def followed(recording: Recording) -> str:
     raise RecordingError(
         f"trial {recording.name}: channels are {have}; motion needs displacement, velocity or acceleration: map one"
     )
-
-
-def _reason(start_s: float | None, end_s: float | None, seen: str) -> str:
-    set_by_user = [n for n, v in (("start", start_s), ("end", end_s)) if v is not None]
-    return f"{' and '.join(set_by_user)} set" if set_by_user else seen
 
 
 def _check_motion(recording: Recording, channel: str, level: float) -> None:

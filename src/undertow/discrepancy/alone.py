@@ -33,19 +33,20 @@ LARGEST = 1.05
 @dataclass(frozen=True)
 class Alone:
     """A trial's ``name``, the ``share`` of its motion that is left, what is left over its noise, in variance, and
-    whether it is the ``largest`` release of its group."""
+    whether it is the ``largest`` release of its group; ``own`` says which numbers were its own."""
 
     name: str
     share: float
     misfit: float
     largest: bool = False
+    own: str = "k, c and mu"
 
     @property
     def words(self) -> str:
         """The same as a reason, with what to do."""
         meets = "; being the largest release it may meet what no other does, as a stop" if self.largest else ""
         return (
-            f"k, c and mu of its own leave {percent(self.share)} of the motion of trial {self.name}, "
+            f"{self.own} of its own leave {percent(self.share)} of the motion of trial {self.name}, "
             f"{math.sqrt(self.misfit):.3g} times its sensors' noise, and far less of the others: look at its file "
             f"(filtered, samples lost, a knock), or leave it out (recordings.exclude){meets}"
         )
@@ -63,7 +64,7 @@ def one_alone(case: Case, null: JointFit) -> Alone | None:
     if first.misfit <= max(FAR_ABOVE_NOISE, STANDS_OUT * second.misfit):
         return None
     sizes = {motion.name: motion.amplitude for motion in (*case.member.motions, *case.held)}
-    return replace(first, largest=sizes.pop(first.name) > LARGEST * max(sizes.values()))
+    return replace(first, own=case.own, largest=sizes.pop(first.name) > LARGEST * max(sizes.values()))
 
 
 def _held(case: Case, null: JointFit) -> list[Alone]:

@@ -19,8 +19,8 @@ from undertow.likelihood.fit import Specimen
 @dataclass(frozen=True)
 class Case:
     """One group as the judge sees it: its member in the level (training trials), held-out trials, what is allowed;
-    ``rotation`` where an angle is the coordinate (units are then those of moments and inertias), ``place`` where the
-    equation's residual stands, in words.
+    ``place`` where the equation's residual stands, in words, ``own`` which of the structure's numbers may be each
+    trial's own.
 
     What forbids a green verdict, each in words and empty where it does not: ``contradiction`` of the channels,
     ``no_dry`` (the config names dry trials, this spring has none), ``assumed`` (nobody measured or stated how much
@@ -39,13 +39,13 @@ class Case:
     dry: bool
     has_dry: bool
     cell: Mapping[str, float] = field(default_factory=dict)
-    rotation: bool = False
     place: str = ""
     contradiction: str = ""
     no_dry: str = ""
     assumed: str = ""
     dry_unknown: str = ""
     dry_rivals: tuple[tuple[str, ...], ...] = ()
+    own: str = "k, c and mu"
 
     @property
     def specimen(self) -> Specimen:

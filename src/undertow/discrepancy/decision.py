@@ -30,7 +30,7 @@ from undertow.discrepancy.dry_check import CERTAIN, DryAnswer
 from undertow.discrepancy.validation import NEAR, Closeness
 from undertow.discrepancy.verdict import Gate, Verdict
 from undertow.discrepancy.wandering import as_what, left_share, wanders
-from undertow.discrepancy.words import percent, rarely
+from undertow.discrepancy.words import percent, rarely, spelled
 
 DISTINCT = 2.0
 """Standard errors from zero that a named law must keep where its error counts how much trials differ."""
@@ -79,7 +79,7 @@ def gates(
     the scatter, where that was assumed; ``in_air`` what dry trials say against it, ``reach`` how far it reaches on
     the level.
     """
-    left = ", ".join(label.replace("_", " ") for label in diagnosis.unfinished)
+    left = ", ".join(spelled(label) for label in diagnosis.unfinished)
     unsearched = GREEN if set(verdict.verdict) - {"unknown"} else (*GREEN, "unknown")
     surely = case.baseline.nrmse > DOUBLED * case.allowed  # that something is there
     closer = _comes_closer(verdict, case, diagnosis)
@@ -213,11 +213,11 @@ def _more_than_noise(case: Case, diagnosis: LevelDiagnosis, tested: NullTest) ->
     because = "nothing stands out, and " + (
         "what the equation leaves is slower than the motion: a sensor that wanders, or the ground"
         if goes_on
-        else "k, c and mu of each trial's own leave no more than noise: trials may differ by more than is known"
+        else f"{case.own} of each trial's own leave no more than noise: trials may differ by more than is known"
     )
     if goes_on and (one := one_alone(case, diagnosis.null.fit)) is not None:
         because = one.words
-    statistic = "mean squared residual over noise, k, c, mu of each trial's own"
+    statistic = f"mean squared residual over noise, {case.own} of each trial's own"
     passed = (misfit > FAR_ABOVE_NOISE and not goes_on) or tested.significant
     return Gate("more_than_noise", statistic, misfit, FAR_ABOVE_NOISE, passed, because, "assumed", ("unknown",))
 
@@ -228,7 +228,7 @@ def _left_over(case: Case, diagnosis: LevelDiagnosis) -> Gate:
     fit = diagnosis.null.fit
     share = left_share(fit) if fit.misfit > FAR_ABOVE_NOISE else 0.0
     because = (
-        f"k, c and mu of each trial's own leave {percent(share)} of the motion, {math.sqrt(fit.misfit):.2g} times the "
+        f"{case.own} of each trial's own leave {percent(share)} of the motion, {math.sqrt(fit.misfit):.2g} times the "
         f"sensors' noise, and repetitions that differ by {percent(case.allowed)} hide it"
     )
     wandering = share > LEFT_SHARE and wanders(fit)
@@ -237,7 +237,7 @@ def _left_over(case: Case, diagnosis: LevelDiagnosis) -> Gate:
     one = one_alone(case, fit)
     if one is not None and one.share > LEFT_SHARE and not (one.largest and lacking == "left" and share > LEFT_SHARE):
         share, lacking, because = one.share, "alone", one.words
-    statistic = "share of the motion left, k, c, mu of each trial's own, where that is more than noise"
+    statistic = f"share of the motion left, {case.own} of each trial's own, where that is more than noise"
     return Gate("nothing_left", statistic, share, LEFT_SHARE, share <= LEFT_SHARE, because, lacking, GREEN)
 
 
@@ -253,7 +253,7 @@ def _upper_bound(case: Case, tested: NullTest) -> Gate:
         return Gate("upper_bound", statistic, hides, COUNTS_IN_REPEATABILITY * WIDE, False, because, "wide", GREEN)
     hides, limit = tested.upper_bound, tested.smallest
     because = (
-        f"{tested.hides_best.replace('_', ' ')} beside what the equation has could hide in it and move the free run by "
+        f"{spelled(tested.hides_best)} beside what the equation has could hide in it and move the free run by "
         f"{percent(hides)}, more than half of repeatability ({percent(limit)})"
     )
     lacking = "more" if case.dry or case.has_dry else "no_dry"  # more trials in water alone show damping no better
@@ -264,7 +264,7 @@ def _comes_closer(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tu
     """Whether what is named carries over to the trials that it never saw, and describes those that it was fitted to: a
     description with which they are further away than without is none, also beside what is unknown; a name that leaves
     no more than noise of them stays beside it, since repetitions alone may differ by as much."""
-    named = [name.replace("_", " ") for name in dict.fromkeys(verdict.verdict) if name != "unknown"]
+    named = [spelled(name) for name in dict.fromkeys(verdict.verdict) if name != "unknown"]
     if not named or verdict.augmented is None:
         return ()
     names, own, unseen = " and ".join(named), case.baseline.nrmse, case.baseline.held_out_nrmse
@@ -295,7 +295,7 @@ def indistinct(diagnosis: LevelDiagnosis) -> dict[str, str]:
         for what, away in errors_from_zero(fit, addend).items():
             if away < DISTINCT:
                 of = f"the {what} of " if what else ""
-                found[name] = f"{of}{name.replace('_', ' ')} lies {away:.2g} standard errors from zero"
+                found[name] = f"{of}{spelled(name)} lies {away:.2g} standard errors from zero"
     return found
 
 
@@ -324,7 +324,7 @@ def _outweighed(diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
     exactly = diagnosis.best.fit.misfit <= FAR_ABOVE_NOISE and found.likely >= MORE_LIKELY
     likely, other = (found.exactly, found.rather) if exactly else (found.likely, found.other)
     of_what = "exactly these names, nothing beside them" if exactly else "the names that are said"
-    because = " and ".join(other.names).replace("_", " ") or "the equation as it is"
+    because = spelled(" and ".join(other.names)) or "the equation as it is"
     because += f", excluded because {other.out}" if other.out else ""
     because = f"its probability is {percent(likely)}, and most probable is {because}"
     lacking, passed = "beside" if exactly else "outweighed", likely >= MORE_LIKELY

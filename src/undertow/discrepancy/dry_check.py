@@ -18,6 +18,7 @@ from undertow.comparison.joint import JointFit, fit_standing
 from undertow.comparison.level import Addend, full_name, make_level
 from undertow.comparison.score_test import Stands, linear_estimate
 from undertow.discrepancy.case import Case
+from undertow.discrepancy.words import spelled
 from undertow.errors import IdentificationError
 from undertow.quantities import Estimate
 
@@ -59,7 +60,7 @@ def _compared(fit: JointFit, addend: Addend, case: Case) -> DryAnswer:
     name = full_name(addend.prefix, first, case.member.label, "")
     if name not in fit.values:
         return DryAnswer()
-    wet = Estimate(fit.value(name), fit.solution.stderr(name), unit=first.unit)
+    wet, unit = Estimate(fit.value(name), fit.solution.stderr(name)), case.member.model.unit(first.unit)
     at = tuple(
         replace(a, start=fit.values.get(full_name(addend.prefix, a, case.member.label, ""), a.start))
         for a in addend.additions
@@ -71,9 +72,10 @@ def _compared(fit: JointFit, addend: Addend, case: Case) -> DryAnswer:
         return DryAnswer()
     if there is None or not there[1] > 0.0:
         return DryAnswer()
-    air = Estimate(there[0], there[1], unit=first.unit)
+    air = Estimate(there[0], there[1])
     away = abs(wet.value - air.value) / math.hypot(wet.stderr, air.stderr)
     if not away > CERTAIN or air.value * math.copysign(1.0, wet.value) >= LESS * abs(wet.value):
         return DryAnswer()
-    said = addend.prefix.partition("#")[0].replace("_", " ")
+    said = spelled(addend.prefix.partition("#")[0])
+    air, wet = replace(air, unit=unit), replace(wet, unit=unit)
     return DryAnswer(away, f"the dry trials of the same spring show {said} of {air}, where water asks for {wet}")

@@ -28,7 +28,7 @@ from undertow.discrepancy.naming import in_words, next_test
 from undertow.discrepancy.sentence import no_answer
 from undertow.discrepancy.validation import NEAR, Closeness
 from undertow.discrepancy.verdict import Gate, Status, Verdict
-from undertow.discrepancy.words import percent, rarely
+from undertow.discrepancy.words import percent, rarely, spelled
 from undertow.equation import registry
 from undertow.errors import IdentificationError
 
@@ -180,7 +180,7 @@ def _small(
     near = [c for c in diagnosis.candidates if c.suspects and small.score - c.score < math.log(RIVAL_ODDS)]
     other = [c.amounts_to for c in near if not set(small.names) <= set(c.amounts_to)]
     likely = list(dict.fromkeys((small.names[0], *(" and ".join(names) for names in other))))
-    words = ", or ".join(name.replace("_", " ") for name in likely[:3])
+    words = ", or ".join(spelled(name) for name in likely[:3])
     name = likely[0] if len(likely) == 1 and not in_air.because else "unknown"
     surely = name != "unknown" or _surely_small(verdict, tested)
     text = (
@@ -235,7 +235,7 @@ def _standing_out(
     nothing missing stands out as much. It has a name where no other suspect stands out nearly as much and the numbers
     of its fit mean something."""
     likely = list(dict.fromkeys(t.name for t in _near(tested)))
-    words = ", ".join(name.replace("_", " ") for name in likely[:3])
+    words = ", ".join(spelled(name) for name in likely[:3])
     sound = any(c.names == (likely[0],) and (c.aside or not c.out) for c in diagnosis.candidates)
     named = tested.tests[0].size < 1.0 and sound and len(likely) == 1 and not in_air.because
     small = named or _surely_small(verdict, tested)

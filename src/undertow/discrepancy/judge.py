@@ -7,6 +7,7 @@ Belongs here: status, origin, rivals, rejected suspects, the next test, the sent
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -49,7 +50,7 @@ from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Sta
 from undertow.discrepancy.words import percent
 from undertow.likelihood.free_run import FreeRun, error_as_measured
 from undertow.likelihood.scale import with_scale_error
-from undertow.quantities import Estimate, unit_in_rotation
+from undertow.quantities import Estimate
 
 STILL_MISSING = 2.0
 """With the addition the free run may be this many times repeatability away before the rest is called unknown too."""
@@ -208,8 +209,8 @@ def _verdict(
         origin=_origin(case, diagnosis.best.suspects, known),
         parameters={name: many[0] if len(many) == 1 else many for name, many in found.items()},
         augmented=Described(
-            training, math.nan if own else held, _all_parameters(level, case, diagnosis, found),
-            _correlations(level, case, diagnosis),
+            training, math.nan if own else held, _all_parameters(case, diagnosis, found),
+            _correlations(case, diagnosis),
         ),
         physical_check=_physics(case, found),
         next_test=next_test(names[0]),
@@ -217,7 +218,7 @@ def _verdict(
         sentence=sentence_of(case, names, rivals, found, training, held, rest, known, own)
         + changing_words(fit.addends) + transfer_words(moved)
         + (late_words(fit.addends) if len(names) == 1 and not rest else "")
-        + (_biased(diagnosis) if diagnosis.named else "") + ("" if rest else _left(diagnosis)),
+        + (_biased(diagnosis) if diagnosis.named else "") + ("" if rest else _left(diagnosis, case)),
     )
 
 
@@ -231,7 +232,7 @@ def _biased(diagnosis: LevelDiagnosis) -> str:
     return f" What would be wrong without it: {said}, by {away:.2g} of its standard errors."
 
 
-def _left(diagnosis: LevelDiagnosis) -> str:
+def _left(diagnosis: LevelDiagnosis, case: Case) -> str:
     """That what is named describes the motion and leaves more than noise, in words; empty where it leaves none."""
     left = diagnosis.best.fit.misfit
     if left <= FAR_ABOVE_NOISE:
@@ -239,21 +240,23 @@ def _left(diagnosis: LevelDiagnosis) -> str:
     several = len(diagnosis.best.fit.solution.problem.trials) >= FEWEST_TRIALS
     errors = "; its numbers' errors hold by how much they move without one trial or another" if several else ""
     return (
-        " It is a description rather than the law: even with k, c and mu of each trial's own it leaves "
+        f" It is a description rather than the law: even with {case.own} of each trial's own it leaves "
         f"{math.sqrt(left):.2g} times the sensors' noise{errors}."
     )
 
 
 def _unit(unit: str, case: Case) -> str:
-    """A unit as this group's numbers have it: forces and masses are per kilogram of the total mass without an anchor,
-    and newtons, kilograms and metres are moments, inertias and radians of a rotation."""
-    said = f"{unit} per kg" if not case.member.model.anchored and unit.startswith(("N", "kg")) else unit
-    return unit_in_rotation(said) if case.rotation else said
+    """A unit as this group's numbers have it."""
+    return case.member.model.unit(unit)
 
 
 def _told(numbers: Mapping[str, Estimate], case: Case) -> dict[str, Estimate]:
-    """Numbers in these units."""
-    return {name: replace(e, unit=_unit(e.unit, case)) for name, e in numbers.items()}
+    """Numbers in these units, in what is said of a bound too."""
+    units = {name: _unit(e.unit, case) for name, e in numbers.items()}
+    return {
+        name: replace(e, unit=units[name], outcome=re.sub(rf"(?<= ){re.escape(e.unit)}$", units[name], e.outcome))
+        for name, e in numbers.items()
+    }
 
 
 def _without_a_name(plain: Verdict, case: Case, far: bool, as_scatter: bool = False) -> Verdict:
@@ -268,7 +271,7 @@ def _without_a_name(plain: Verdict, case: Case, far: bool, as_scatter: bool = Fa
         text = (
             f"{case.label}: the equation explains {total - case.missing} of {total} trials within repeatability and "
             f"the group as a whole (error {percent(case.baseline.nrmse)}, {case.repeats}), all "
-            "of them to the noise with k, c, mu of their own; nothing is missing."
+            f"of them to the noise with {case.own} of their own; nothing is missing."
         )
         return replace(plain, status="nothing_missing", verdict=(), sentence=text)
     if case.missing <= total / 2 and not (far and case.missing):
@@ -316,7 +319,7 @@ def _physics(case: Case, found: Mapping[str, Sequence[Mapping[str, Estimate]]]) 
 
 
 def _all_parameters(
-    level: Level, case: Case, diagnosis: LevelDiagnosis, found: Mapping[str, Sequence[Mapping[str, Estimate]]]
+    case: Case, diagnosis: LevelDiagnosis, found: Mapping[str, Sequence[Mapping[str, Estimate]]]
 ) -> dict[str, Estimate]:
     """The refitted equation's numbers and the additions', by name."""
     fit = diagnosis.best.fit
@@ -334,7 +337,7 @@ def _all_parameters(
     return numbers
 
 
-def _correlations(level: Level, case: Case, diagnosis: LevelDiagnosis) -> dict[str, dict[str, float]]:
+def _correlations(case: Case, diagnosis: LevelDiagnosis) -> dict[str, dict[str, float]]:
     """Correlations of the numbers that `_all_parameters` gives, as far as they are unknowns of the fit."""
     fit, label = diagnosis.best.fit, case.member.label
     known = fit.solution.problem.names

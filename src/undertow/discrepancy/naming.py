@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from undertow.comparison.suspects import SUSPECTS
+from undertow.discrepancy.words import spelled
 from undertow.equation.registry import row
 
 FOUND_ELSEWHERE: Mapping[str, str] = {
@@ -34,7 +35,7 @@ def in_words(name: str, of_water: bool = True, alone: bool = False) -> str:
             said = law.words_unplaced or said
         if alone:
             said = law.words_alone or said
-    return said or name.replace("_", " ")
+    return said or spelled(name)
 
 
 def other_sets(names: Sequence[str], sets: Iterable[Sequence[str]]) -> tuple[tuple[str, ...], ...]:

@@ -199,7 +199,7 @@ def repaired_errors(
 
 def _keys(term: str, specimen: Specimen) -> Iterator[tuple[str, float]]:
     """Under which names a term's coefficient stands among a verdict's numbers, and number per coefficient."""
-    for known in (specimen, Specimen()):
+    for known in (specimen, Specimen(rotation=specimen.rotation)):
         key, _, factor = contract_name(term, known)
         yield key, factor
         yield f"{key}_per_mass", factor

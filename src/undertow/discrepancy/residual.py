@@ -49,22 +49,15 @@ class EvenMotion:
 class ResidualForce:
     """Residual force of one trial inside its motion window.
 
-    ``t``, ``x``, ``v``, ``a`` (n,) about the rest position, SI; ``force`` (n,) in N (Nm; per kg where the equation is
+    ``t``, ``x``, ``v`` (n,) about the rest position, SI; ``force`` (n,) in N (Nm; per kg where the equation is
     per mass) and its standard error ``force_std`` (n,) from the smoothed motion's.
     """
 
-    trial: str
     t: Array
     x: Array
     v: Array
-    a: Array
     force: Array
     force_std: Array
-
-    @property
-    def rms(self) -> float:
-        """RMS of the force, its mean taken off: the rest position is not known better than that."""
-        return float(np.std(self.force))
 
     @property
     def noise(self) -> float:
@@ -107,7 +100,7 @@ def residual_force(motion: Motion, equation: Equation) -> ResidualForce:
     band = np.square(_slope(equation, even, "x")) + np.square(_slope(equation, even, "v"))
     band = np.sqrt(band + np.square(equation.total_mass_kg * even.a_std))
     at = even.inside
-    return ResidualForce(motion.name, even.t[at], even.x[at], even.v[at], even.a[at], force[at], band[at])
+    return ResidualForce(even.t[at], even.x[at], even.v[at], force[at], band[at])
 
 
 def term_force(term: Term, even: EvenMotion) -> Array:

@@ -12,7 +12,7 @@ from undertow.comparison.clock import changes
 from undertow.comparison.level import Addend
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.naming import in_words
-from undertow.discrepancy.words import either, least_sets, percent
+from undertow.discrepancy.words import either, least_sets, percent, spelled
 from undertow.quantities import Estimate
 
 EXPLAINS, TOGETHER = " explains it", " together explain it"
@@ -44,7 +44,7 @@ def sentence_of(
     verb = EXPLAINS if len(set(names)) < 2 else TOGETHER
     parts.append(f"{named[0].upper()}{named[1:]}{verb}{': ' if numbers else ''}{numbers}.")
     if known:
-        said = " and ".join(n.replace("_", " ") for n in known)
+        said = " and ".join(spelled(n) for n in known)
         parts.append(f"The dry trials need {said} already: it belongs to the rig, not to the water.")
     if rivals:
         _, *others = least_sets([names, *rivals])

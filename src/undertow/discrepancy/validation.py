@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from undertow.comparison.clock import parts_of
-from undertow.comparison.deviations import learned_mean
+from undertow.comparison.deviations import learned_mean, unit_of
 from undertow.comparison.joint import JointFit, shared_theta, sizes_of_its_own
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
 from undertow.conditioning.motion import Motion
@@ -63,8 +63,8 @@ def learned_structure(member: Member, fit: JointFit) -> dict[str, Estimate]:
     for term in () if fixed is None else member.model.terms:
         learned = learned_mean(member, fit.solution, term.structural)
         if learned is not None:
-            key, unit, _ = contract_name(term.name, member.model.specimen)
-            found[key] = replace(learned, unit=unit)
+            key, unit, per_force = contract_name(term.name, member.model.specimen)
+            found[key] = learned.scaled(per_force * unit_of(member, term.structural), unit)
     return found
 
 

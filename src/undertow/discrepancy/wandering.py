@@ -16,6 +16,7 @@ import numpy as np
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.joint import JointFit
 from undertow.comparison.replicas import FEWEST_CYCLES
+from undertow.discrepancy.words import spelled
 
 SLOWER = (0.05, 0.5)
 OF_THE_BODY = (0.6, 1.6)
@@ -70,7 +71,7 @@ def as_what(best: Candidate) -> str:
         best.fit.values.get(f"{addend.prefix}.{a.name}", math.inf)
         for addend in best.fit.addends for a in addend.additions if a.inner and a.unit == "rad/s"
     ]  # fmt: skip
-    names = " and ".join(name.replace("_", " ") for name in best.names)
+    names = " and ".join(spelled(name) for name in best.names)
     if min(rates, default=math.inf) * longest >= 2.0 * math.pi * FEWEST_CYCLES:
         return f" as {names}"
     return f" as {names}, which makes fewer than {FEWEST_CYCLES} cycles in a record, as a sensor that wanders may"

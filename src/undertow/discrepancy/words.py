@@ -7,6 +7,7 @@ parameters (report/wording.py).
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
@@ -21,6 +22,33 @@ SAID_AT_MOST = 10.0
 
 SAID_AT_LEAST = 1e-6
 """Per cent under which no number is said: probabilities go to e^-1000."""
+
+
+_PEOPLE: Mapping[str, str] = {
+    "bouc wen": "Bouc-Wen", "coulomb": "Coulomb", "iwan": "Iwan", "lugre": "LuGre", "stribeck": "Stribeck",
+    "van der pol": "van der Pol",
+}  # fmt: skip
+"""Names of people in laws' names, as they are written."""
+
+_A_PERSON_S = re.compile(rf"\b(?:{'|'.join(_PEOPLE)})\b")
+
+
+def with_names(text: str) -> str:
+    """A text with the names of people as they are written; identifiers stay.
+
+    >>> with_names("stribeck friction beside bouc wen and coulomb_friction")
+    'Stribeck friction beside Bouc-Wen and coulomb_friction'
+    """
+    return _A_PERSON_S.sub(lambda found: _PEOPLE[found.group()], text)
+
+
+def spelled(identifier: str) -> str:
+    """A law's or an effect's identifier in words.
+
+    >>> spelled("coulomb_friction"), spelled("linear_damping")
+    ('Coulomb friction', 'linear damping')
+    """
+    return with_names(identifier.replace("_", " "))
 
 
 def split_unit(column: str) -> tuple[str, str]:
@@ -90,6 +118,24 @@ def count(number: int, singular: str) -> str:
     ('1 trial', '4 trials')
     """
     return f"{number} {singular}" if number == 1 else f"{number} {singular}s"
+
+
+def all_of(names: Sequence[str]) -> str:
+    """Names that hold together.
+
+    >>> all_of(["k"]), all_of(["k", "c"]), all_of(["k", "c", "mu"])
+    ('k', 'k and c', 'k, c and mu')
+    """
+    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
+
+
+def own_words(symbols: Sequence[str]) -> str:
+    """Which of a structure's numbers may be each trial's own.
+
+    >>> own_words(("k", "c")), own_words(())
+    ('k and c', 'numbers')
+    """
+    return all_of(symbols) or "numbers"
 
 
 def least_sets(sets: Sequence[Sequence[str]]) -> list[Sequence[str]]:

@@ -58,7 +58,7 @@ class BoucWen(Term):
     constants: ClassVar[Mapping[str, float]] = {"memory": BOUC_WEN}
     held_unless_asked = ("unit_N",)
     law = "z, z' = alpha v - (loop |v| z + skew v |z|) (|z| / u)^(n-1)"
-    latex = r"z,\ \dot z=\alpha\dot x-(\beta\gamma|\dot x|z+\beta\delta\,\dot x|z|)(|z|/u)^{\nu-1}"
+    latex = r"z,\ \dot z=\alpha\,\dot x-(\beta\gamma|\dot x|z+\beta\delta\,\dot x|z|)(|z|/u)^{\nu-1}"
     source = "Wen 1976, doi:10.1061/JMCEA3.0002106; Noel and Schoukens 2016"
     left_out = "loops in force against displacement whose width grows with amplitude, at any speed"
 
@@ -101,7 +101,7 @@ class Pinched(Term):
     }  # fmt: skip
     constants: ClassVar[Mapping[str, float]] = {"memory": PINCHED, "bw_n": 1.0, "bw_unit": 1.0}
     law = "z, z' = (1 - P exp(-(z / W)^2)) (alpha v - loop |v| z - skew v |z|)"
-    latex = r"z,\ \dot z=(1-Pe^{-(z/W)^2})(\alpha\dot x-\beta\gamma|\dot x|z-\beta\delta\,\dot x|z|)"
+    latex = r"z,\ \dot z=(1-P\,e^{-(z/W)^2})(\alpha\,\dot x-\beta\gamma|\dot x|z-\beta\delta\,\dot x|z|)"
     source = "Baber and Noori 1986, doi:10.1115/1.3269364; Foliente 1995, doi:10.1061/(ASCE)0733-9445(1995)121:6(1013)"
     left_out = "loops that are narrow and soft in their middle, as of joints with play"
 
@@ -148,7 +148,7 @@ class LuGre(Term):
     held_unless_asked = ("sigma1_Ns_per_m",)
     takes_the_place_of = (CoulombFriction.name, StribeckFriction.name)
     law = "z + sigma1 q, z' = sigma0 q, q = v (1 - sign(v) z / g(v)), g = F_c + F_s exp(-(v / v_s)^2)"
-    latex = r"z+\sigma_1q,\ \dot z=\sigma_0q,\ q=\dot x(1-\mathrm{sgn}(\dot x)z/g),\ g=F_c+F_se^{-(\dot x/v_s)^2}"
+    latex = r"z+\sigma_1\,q,\ \dot z=\sigma_0\,q,\ q=\dot x(1-\mathrm{sgn}(\dot x)z/g),\ g=F_c+F_s\,e^{-(\dot x/v_s)^2}"
     source = "Canudas de Wit et al. 1995, doi:10.1109/9.376053"
     left_out = "a body that gives way before it slips, and lags more at low speed"
 

@@ -17,7 +17,7 @@ from undertow.equation import registry
 from undertow.equation.notation import quantity_latex, term_latex, term_text
 from undertow.equation.term import Array, Term
 from undertow.errors import UndertowError
-from undertow.quantities import format_number
+from undertow.quantities import format_number, unit_in_rotation
 
 
 @dataclass(frozen=True)
@@ -99,8 +99,12 @@ class Equation:
         motion = " ".join([inertia, *(w[0] for w in written)])
         return "; ".join([f"{motion} = 0", *(w[1] for w in written if w[1])])
 
-    def to_latex(self, numbers: bool = False, errors: Mapping[str, float] | None = None) -> str:
+    def to_latex(
+        self, numbers: bool = False, errors: Mapping[str, float] | None = None, rotation: bool = False
+    ) -> str:
         r"""The equation in LaTeX: with symbols, or with numbers, units and standard errors (by term name, "mass").
+
+        Units of a ``rotation`` are those of moments, inertias and radians.
 
         >>> from undertow.equation.structure import Stiffness
         >>> print(Equation((Stiffness(),), (100.0,), mass_kg=4.0).to_latex(numbers=True))
@@ -109,11 +113,12 @@ class Equation:
         errors = errors or {}
         inertia = r"m\ddot{x}" if any(t.is_inertia for t in self.terms) else r"M\ddot{x}"
         if numbers:
-            inertia = quantity_latex(self.mass_kg, "kg", errors.get("mass", math.nan)) + r"\,\ddot{x}"
+            unit = unit_in_rotation("kg") if rotation else "kg"
+            inertia = quantity_latex(self.mass_kg, unit, errors.get("mass", math.nan)) + r"\,\ddot{x}"
         written = [
             term_latex(
                 term, value if numbers else None, errors.get(term.name, math.nan), number and f"_{number}",
-                _inner_errors(errors, term, number),
+                _inner_errors(errors, term, number), rotation,
             )
             for term, value, number in self._numbered_terms()
         ]

@@ -12,7 +12,7 @@ import re
 from collections.abc import Collection, Mapping
 
 from undertow.equation.term import Term
-from undertow.quantities import Parameter, format_number
+from undertow.quantities import Parameter, format_number, unit_in_rotation
 
 
 def plain_symbol(parameter: Parameter) -> str:
@@ -52,26 +52,30 @@ def term_text(
 
 def term_latex(
     term: Term, coefficient: float | None = None, error: float = math.nan, number: str = "",
-    inner: Mapping[str, float] | None = None,
+    inner: Mapping[str, float] | None = None, rotation: bool = False,
 ) -> tuple[str, str]:  # fmt: skip
     """A term in LaTeX and the equation of its hidden state; with a coefficient, numbers and units instead of symbols.
 
-    ``inner`` are standard errors of inner parameters, by name. Parts of a hidden state that are zero are left out.
+    ``inner`` are standard errors of inner parameters, by name. Parts of a hidden state that are zero are left out. In a
+    ``rotation`` units are those of moments, inertias and radians.
 
     >>> from undertow.equation.structure import Stiffness
     >>> term_latex(Stiffness(), 109600.0, 300.0)[0]
     '+ (109600 \\\\pm 300)\\\\,\\\\mathrm{N/m}\\\\,x'
+    >>> term_latex(Stiffness(), 20.0, rotation=True)[0]
+    '+ 20\\\\,\\\\mathrm{N\\\\,m/rad}\\\\,x'
     """
     force, memory = _parted(_numbered(term.latex, number), r",\ ")
     sign = "+"
     if coefficient is not None:
         errors = inner or {}
+        units = {p.name: unit_in_rotation(p.unit) if rotation else p.unit for p in term.parameters}
         values = {
-            p.symbol: quantity_latex(float(getattr(term, p.name)), p.unit, errors.get(p.name, math.nan))
+            p.symbol: quantity_latex(float(getattr(term, p.name)), units[p.name], errors.get(p.name, math.nan))
             for p in term.parameters[1:]
         }
         memory = _without_zeros(memory, {p.symbol for p in term.parameters[1:] if getattr(term, p.name) == 0.0})
-        symbol, unit = term.coefficient.symbol, term.coefficient.unit
+        symbol, unit = term.coefficient.symbol, units[term.coefficient.name]
         if _holds(force, symbol):
             sign = "-" if coefficient < 0.0 else "+"
             force = _replaced(force, {symbol: quantity_latex(abs(coefficient), unit, error) + r"\,"})

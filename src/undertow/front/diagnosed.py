@@ -25,6 +25,7 @@ from undertow.front.found_equation import FoundNumbers
 from undertow.front.prediction import scatter_of
 from undertow.front.tables import parameter_lines
 from undertow.front.trials import Trials
+from undertow.likelihood.scale import structural_parameters
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Array, Condition
 from undertow.report.trial_curves import Axes, draw_runs_before_and_after, new_axes
@@ -98,7 +99,7 @@ class DiagnosedGroup(FoundNumbers):
         found = dict(described.parameters)
         structure = self.findings.structure
         if structure is not None:
-            held = {"k_N_per_m": structure.k, "c_Ns_per_m": structure.c, "mu": structure.mu}
+            held = structural_parameters(structure, self.findings.specimen)
             found |= {name: one for name, one in held.items() if name not in found}
         return found
 

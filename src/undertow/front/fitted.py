@@ -24,7 +24,7 @@ from undertow.front.tables import html_page, parameter_lines
 from undertow.front.trials import Trials
 from undertow.likelihood.fit import Structure
 from undertow.likelihood.free_run import FreeRun, free_run
-from undertow.likelihood.scale import Anchor
+from undertow.likelihood.scale import Anchor, structural_parameters
 from undertow.methods.baseline import GroupFit
 from undertow.quantities import OK, Estimate
 from undertow.report.trial_curves import Axes, curve_of, draw_run, draw_run_residual, new_axes, noise_of_curve
@@ -68,7 +68,7 @@ class Fitted(FoundNumbers):
         """Every number with its errors, by the contract's name; those of the dry trials beside them."""
         found = dict(self.group.estimates)
         if self.structure is not None:
-            found |= {"k_N_per_m": self.structure.k, "c_Ns_per_m": self.structure.c, "mu": self.structure.mu}
+            found |= structural_parameters(self.structure, self.group.model.specimen)
         return found
 
     @cached_property

@@ -15,6 +15,7 @@ from typing import Unpack
 from numpy.typing import ArrayLike
 
 from undertow.conditioning.motion import Motion
+from undertow.discrepancy.words import own_words
 from undertow.equation.equation import Equation
 from undertow.equation.registry import EQUATION_15
 from undertow.equation.term import Term
@@ -86,6 +87,8 @@ def fit(
             f"{', '.join(t.name for t in terms)} has no unknown left: all of it comes from dry trials; add a law of "
             "the water, as added_mass"
         )
+    if structure is not None and (own := own_words(model.scattering)):
+        notes += (f"{own} {'are' if ' ' in own else 'is'} held as {structure.source} gave them, with their scatter",)
     options = TrialOptions()
     if structure is not None and structure.mu.value > 0.0:
         options = TrialOptions(rest_offset_std=structure.mu.value * specimen.normal_force_N / structure.k.value)
@@ -135,6 +138,4 @@ def _anchor(
             f"mass_kg = {specimen.mass_kg:g} alone cannot part the body's mass from added mass: give "
             "stiffness_N_per_m or dry trials, or leave added_mass out"
         )
-    if structure is not None:
-        notes.append(f"k, c and mu are held as {structure.source} gave them, with their scatter")
     return anchor, tuple(notes)

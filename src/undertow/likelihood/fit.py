@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from undertow.equation.cells import GRAVITY_M_PER_S2
-from undertow.errors import IdentificationError
-from undertow.quantities import OK, Estimate
+from undertow.quantities import OK, Estimate, unit_in_rotation
 
 
 @dataclass(frozen=True)
@@ -25,6 +24,8 @@ class Specimen:
     ``volume_error_m3`` are their standard errors, which go into the systematic part of what depends on them, and so is
     ``stiffness_error_N_per_m``, where load cells gave the stiffness, and ``mass_error_kg``, where they gave the mass.
     ``published`` holds values of parameters that others gave, by name: shown beside what is found, used for nothing.
+    In a ``rotation`` the mass is an inertia (kg m^2), the stiffness a moment a radian, and no number is a share of the
+    weight or of the area.
     """
 
     mass_kg: float = math.nan
@@ -39,6 +40,15 @@ class Specimen:
     mass_error_kg: float = 0.0
     published: tuple[tuple[str, float], ...] = ()
     volume_assumed: bool = False
+    rotation: bool = False
+
+    def unit(self, unit: str) -> str:
+        """A law's or a parameter's unit as this specimen's numbers have it.
+
+        >>> Specimen().unit("N s/m"), Specimen(rotation=True).unit("N s/m")
+        ('N s/m', 'N m s/rad')
+        """
+        return unit_in_rotation(unit) if self.rotation else unit
 
     @property
     def normal_force_N(self) -> float:
@@ -104,10 +114,3 @@ class Fit:
     def __post_init__(self) -> None:
         object.__setattr__(self, "per_mass", MappingProxyType(dict(self.per_mass)))
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
-
-    def value(self, parameter: str) -> float:
-        """Value of one parameter; IdentificationError where the fit does not have it."""
-        if parameter not in self.parameters:
-            have = ", ".join(self.parameters) or "none"
-            raise IdentificationError(f"{self.method} has no parameter {parameter!r}; it has {have}")
-        return self.parameters[parameter].value

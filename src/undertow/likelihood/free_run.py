@@ -64,7 +64,6 @@ class FreeRun:
     nrmse: float
     theta: Array
     nuisance: Array
-    outcome: str
 
     @property
     def residual(self) -> Array:
@@ -102,7 +101,7 @@ def free_run(
     builder.trial(motion, base, tuple(mine), options, laws)
     problem = builder.build()
     solution = output_error.fit(problem, _bounded_start(problem), growing=False)
-    return _at_samples(motion, solution.problem, solution.values, quantity, solution.outcome)
+    return _at_samples(motion, solution.problem, solution.values, quantity)
 
 
 def equation_runs(equation: Equation, motions: Iterable[Motion]) -> tuple[FreeRun, ...]:
@@ -125,7 +124,7 @@ def _bounded_start(problem: Problem) -> Array:
     return own
 
 
-def _at_samples(motion: Motion, problem: Problem, values: Array, quantity: str, outcome: str) -> FreeRun:
+def _at_samples(motion: Motion, problem: Problem, values: Array, quantity: str) -> FreeRun:
     """The fitted free run at every recorded sample of the window."""
     trial = problem.trials[0]
     t = motion.windowed("t")
@@ -142,7 +141,7 @@ def _at_samples(motion: Motion, problem: Problem, values: Array, quantity: str, 
         rate = {"displacement": v[:, 0], "velocity": a[:, 0]}.get(quantity)
         columns.append((np.gradient(simulated, t) if rate is None else rate)[:, None])
     score = float(np.sqrt(np.mean((measured - simulated) ** 2) / np.mean(measured**2)))
-    return FreeRun(t, measured, simulated, score, theta, np.hstack(columns), outcome)
+    return FreeRun(t, measured, simulated, score, theta, np.hstack(columns))
 
 
 def as_released(motion: Motion, theta: Array) -> FreeRun | None:
@@ -161,7 +160,7 @@ def as_released(motion: Motion, theta: Array) -> FreeRun | None:
     except IdentificationError:
         return None
     score = float(np.sqrt(np.mean((measured - x[:, 0]) ** 2) / np.mean(measured**2)))
-    return FreeRun(t, measured, x[:, 0], score, started, np.zeros((t.size, 0)), "as measured")
+    return FreeRun(t, measured, x[:, 0], score, started, np.zeros((t.size, 0)))
 
 
 def error_as_measured(motion: Motion, theta: Array) -> float:

@@ -17,6 +17,7 @@ from undertow.conditioning.period import dominant_period
 from undertow.equation import registry
 from undertow.equation.general import placed_terms
 from undertow.equation.kernel import N_SLOTS, SLOT
+from undertow.equation.structure import CoulombFriction
 from undertow.equation.term import PlacedTerm, Term, force_of
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.scale import contract_name
@@ -40,7 +41,6 @@ class Coefficient:
     upper: float = math.inf
     scale: float = 1.0
     term: str = ""
-    per_mass: bool = False
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,20 @@ class GroupModel:
     def weighed(self) -> bool:
         """Whether kilograms come from a known mass alone: the stiffness is then among what is found."""
         return self.anchored and self.fixed is None and any(c.slot == "k1" for c in self.coefficients)
+
+    @property
+    def scattering(self) -> tuple[str, ...]:
+        """What of k, c and mu the equation has, and so may be each trial's own; where no weight is known "friction" in
+        place of mu, which is a share of it."""
+        ratio = self.anchored and contract_name(CoulombFriction.name, self.specimen)[0] == CoulombFriction.structural
+        has = {term.structural for term in self.terms}
+        return tuple("friction" if s == "mu" and not ratio else s for s in ("k", "c", "mu") if s in has)
+
+    def unit(self, unit: str) -> str:
+        """A unit as the fitted numbers have it: forces and masses are per kilogram of the total mass without an anchor,
+        and newtons, kilograms and metres are moments, inertias and radians of a rotation."""
+        whole = self.anchored or not unit.startswith(("N", "kg"))
+        return self.specimen.unit(unit if whole else f"{unit} per kg")
 
     def place(self, slot: str) -> int:
         """Where a slot stands in the parameter vector: the compiled integrator's place, or an own law's behind them."""
@@ -117,7 +131,8 @@ def group_model(
         k = structure.k.value if structure else specimen.stiffness_N_per_m
         mass = k / rate**2
         kept = tuple(t for t in kept if not t.is_inertia)
-        coefficients.append(Coefficient("total_mass_kg", "kg", "mass", 1.0, mass, 1e-9 * mass, scale=mass))
+        unit = specimen.unit("kg")
+        coefficients.append(Coefficient("total_mass_kg", unit, "mass", 1.0, mass, 1e-9 * mass, scale=mass))
     else:
         base[SLOT["mass"]] = mass
     speed = max(float(np.max(np.abs(m.v))) for m in motions)
@@ -147,22 +162,22 @@ def _unknowns(
 ) -> list[Coefficient]:
     """Unknowns of one term: contract name, start from the motion's own scale (5 % of critical in total), bounds."""
     suffix = "" if anchored else "_per_mass"
-    label, unit, per_force = contract_name(term.name, specimen if anchored else Specimen())
+    label, unit, per_force = contract_name(term.name, specimen if anchored else Specimen(rotation=specimen.rotation))
     first = term.start(mass, rate, speed)
     if math.isfinite(first) and term.slots:
         start = first * per_force
         lower = -0.9 * mass if term.is_inertia else 0.0 if term.structural == "k" else -math.inf
         slot = term.slots[term.coefficient.name]
-        return [_one(label, unit, slot, start, start, term, suffix, 1.0 / per_force, (lower, math.inf))]
-    return _general(term, mass * rate * speed / _typical(term, size, speed), suffix)
+        per_kg = f" per {specimen.unit('kg')}" if suffix else ""
+        return [_one(label, unit + per_kg, slot, start, start, term, suffix, 1.0 / per_force, (lower, math.inf))]
+    return _general(term, mass * rate * speed / _typical(term, size, speed), suffix, specimen)
 
 
 def _one(
     name: str, unit: str, slot: str, start: float, scale: float, term: Term, suffix: str,
     factor: float, bounds: tuple[float, float],
 ) -> Coefficient:  # fmt: skip
-    per_kg = " per kg" if suffix else ""
-    return Coefficient(name + suffix, unit + per_kg, slot, factor, start, *bounds, scale, term.name, bool(suffix))
+    return Coefficient(name + suffix, unit, slot, factor, start, *bounds, scale, term.name)
 
 
 def _typical(term: Term, size: float, speed: float) -> float:
@@ -172,10 +187,11 @@ def _typical(term: Term, size: float, speed: float) -> float:
     return abs(float(force_of(term, size * share, speed * share, share, share + 1.0)[-1])) or 1.0
 
 
-def _general(term: Term, scale: float, suffix: str) -> list[Coefficient]:
+def _general(term: Term, scale: float, suffix: str, specimen: Specimen) -> list[Coefficient]:
     """Unknowns of any other term, its inner parameters included: in the compiled integrator's slots, or, of a law
     without any, under its own name."""
     first, leading = 1e-3 * scale, term.coefficient
+    per_kg = " per kg" if suffix else ""
     forces = (leading, *term.slot_parameters.values())
     if term.slots:
         of_slot = {term.slots[p.name]: p for p in reversed(term.parameters)}
@@ -190,8 +206,8 @@ def _general(term: Term, scale: float, suffix: str) -> list[Coefficient]:
         found += [(p, f"{term.name}.{p.name}", value, max(abs(value), 1e-3)) for p, value in inner]
     return [
         _one(
-            f"{term.name}_{p.name}", p.unit, slot, value, size, term, suffix if p in forces else "", 1.0,
-            (p.lower, p.upper),
+            f"{term.name}_{p.name}", specimen.unit(p.unit + (per_kg if p in forces else "")), slot, value, size, term,
+            suffix if p in forces else "", 1.0, (p.lower, p.upper),
         )
         for p, slot, value, size in found
     ]  # fmt: skip

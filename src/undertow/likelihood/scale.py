@@ -64,22 +64,23 @@ def choose_anchor(
     >>> choose_anchor(Specimen(mass_kg=4.0), None, added_mass=False).sentence
     'mass 4 kg, as given'
     """
-    nothing = Estimate(math.nan, unit="N/m")
+    unit, of_mass = specimen.unit("N/m"), specimen.unit("kg")
+    nothing = Estimate(math.nan, unit=unit)
     stated = specimen.stiffness_N_per_m
     if math.isfinite(specimen.mass_kg) and (structure is not None or dry):
-        k = structure.k if structure is not None else nothing
+        k = replace(structure.k, unit=unit) if structure is not None else nothing
         others = {"config": stated, "load cells": load_cells.value if load_cells else math.nan}
-        doubts = _disagreements(k.value, "dry motion (m w^2)", others) if structure is not None else ()
-        return Anchor("mass", k, f"mass {specimen.mass_kg:g} kg with the dry frequency", doubts)
+        doubts = _disagreements(k, "dry motion (m w^2)", others) if structure is not None else ()
+        return Anchor("mass", k, f"mass {specimen.mass_kg:g} {of_mass} with the dry frequency", doubts)
     if math.isfinite(stated):
-        k = Estimate(stated, 0.0, unit="N/m", source="config")
+        k = Estimate(stated, 0.0, unit=unit, source="config")
         others = {"load cells": load_cells.value if load_cells else math.nan}
-        doubts = _disagreements(stated, "config", others)
-        return Anchor("stiffness", k, f"stiffness {stated:g} N/m from the config", doubts)
+        doubts = _disagreements(k, "config", others)
+        return Anchor("stiffness", k, f"stiffness {stated:g} {unit} from the config", doubts)
     if math.isfinite(specimen.mass_kg) and not added_mass:
-        return Anchor("mass", nothing, f"mass {specimen.mass_kg:g} kg, as given")
+        return Anchor("mass", nothing, f"mass {specimen.mass_kg:g} {of_mass}, as given")
     if load_cells is not None and load_cells.value > 0.0:
-        anchor = with_gain(load_cells)
+        anchor = with_gain(replace(load_cells, unit=unit))
         return Anchor("load cells", anchor, f"stiffness {anchor} from the load cells")
     return Anchor("none", nothing, "no anchor: coefficients are per total mass")
 
@@ -126,13 +127,13 @@ def with_scale_error(estimates: Mapping[str, Estimate], specimen: Specimen) -> d
     return out
 
 
-def _disagreements(value: float, source: str, others: Mapping[str, float]) -> tuple[str, ...]:
+def _disagreements(stiffness: Estimate, source: str, others: Mapping[str, float]) -> tuple[str, ...]:
     """Sentences for every other stiffness that differs by more than `STIFFNESS_DISAGREEMENT`."""
-    said = []
+    said, value, unit = [], stiffness.value, stiffness.unit
     for name, other in others.items():
         if math.isfinite(other) and math.isfinite(value) and abs(other / value - 1.0) > STIFFNESS_DISAGREEMENT:
             said.append(
-                f"stiffness from {source} is {value:.6g} N/m but from {name} {other:.6g} N/m "
+                f"stiffness from {source} is {value:.6g} {unit} but from {name} {other:.6g} {unit} "
                 f"({100.0 * (other / value - 1.0):+.1f} %)"
             )
     return tuple(said)
@@ -150,9 +151,9 @@ def to_physical(
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     if not anchor.known or "stiffness" not in index:
         return {
-            f"{name}_per_mass": Estimate(float(per_mass[i]), float(errors[i]), unit=f"{unit} per kg")
+            f"{name}_per_mass": Estimate(float(per_mass[i]), float(errors[i]), unit=f"{unit} per {specimen.unit('kg')}")
             for n, i in index.items()
-            for name, unit, _ in [contract_name(n, Specimen())]
+            for name, unit, _ in [contract_name(n, Specimen(rotation=specimen.rotation))]
         }
     kappa = float(per_mass[index["stiffness"]])
     k_error = anchor.stiffness.total_stderr / anchor.stiffness.value if anchor.stiffness.value > 0.0 else 0.0
@@ -165,7 +166,7 @@ def to_physical(
         key, unit, factor = contract_name(name, specimen)
         coefficient = float(per_mass[i])
         if name == "stiffness" and not weighed:
-            found[key] = anchor.stiffness
+            found[key] = replace(anchor.stiffness, unit=unit)
             continue
         gradient = np.zeros(len(index))
         gradient[i] = mass
@@ -175,27 +176,54 @@ def to_physical(
         found[key] = Estimate(coefficient * mass, noise, abs(coefficient) * mass * k_error, unit).scaled(factor, unit)
     kappa_error = float(errors[index["stiffness"]]) / kappa
     mass_noise = 0.0 if weighed else mass * kappa_error
-    found["total_mass_kg"] = Estimate(mass, mass_noise, mass * k_error, "kg", anchor.sentence)
+    whole = Estimate(mass, mass_noise, mass * k_error, specimen.unit("kg"), anchor.sentence)
+    found["total_mass_kg"] = whole
     if math.isfinite(specimen.mass_kg) and not (dry or weighed):
-        found["added_mass_kg"] = Estimate(mass - specimen.mass_kg, mass_noise, mass * k_error, "kg", anchor.sentence)
+        found["added_mass_kg"] = replace(whole, value=mass - specimen.mass_kg)
     return found
 
 
 def contract_name(term: str, specimen: Specimen) -> tuple[str, str, float]:
     """Column name, unit and factor (from the term's force coefficient) of one term's parameter.
 
-    >>> contract_name("cubic_stiffness", Specimen())[0]
-    'cubic_stiffness_N_per_m3'
+    Of a law that a report writes as a ratio (friction over weight, drag over area) it is that ratio, where the specimen
+    has it, which no rotation has.
+
+    >>> contract_name("cubic_stiffness", Specimen())[:2]
+    ('cubic_stiffness_N_per_m3', 'N/m^3')
+    >>> contract_name("coulomb_friction", Specimen(mass_kg=4.0))[0]
+    'mu'
+    >>> contract_name("coulomb_friction", Specimen(mass_kg=4.0, rotation=True))
+    ('friction_N', 'N m', 1.0)
     """
     if term not in registry.names():
         return term, "", 1.0
     law = registry.find(term)
     if law.published is None:
-        return f"{term}_{law.coefficient.name}", law.coefficient.unit, 1.0
-    whole = getattr(specimen, law.published.per) if law.published.per else math.nan
+        return f"{term}_{law.coefficient.name}", specimen.unit(law.coefficient.unit), 1.0
+    whole = getattr(specimen, law.published.per) if law.published.per and not specimen.rotation else math.nan
     if math.isfinite(whole) and whole > 0.0:
         return law.published.ratio, "1", 1.0 / whole
-    return law.published.column, law.published.unit, 1.0
+    return law.published.column, specimen.unit(law.published.unit), 1.0
+
+
+def structural_parameters(structure: Structure, specimen: Specimen) -> dict[str, Estimate]:
+    """A structure's k, c and friction by the contract's names, in the specimen's units: friction as a coefficient, of a
+    rotation as the moment that it stands for.
+
+    >>> held = Structure(Estimate(20.0), Estimate(0.1), Estimate(0.5))
+    >>> [*structural_parameters(held, Specimen(mass_kg=4.0))]
+    ['k_N_per_m', 'c_Ns_per_m', 'mu']
+    >>> turns = structural_parameters(held, Specimen(mass_kg=2.0, gravity_m_per_s2=10.0, rotation=True))
+    >>> [(name, one.value, one.unit) for name, one in turns.items()]
+    [('k_N_per_m', 20.0, 'N m/rad'), ('c_Ns_per_m', 0.1, 'N m s/rad'), ('friction_N', 10.0, 'N m')]
+    """
+    k, c, mu = structure.k, structure.c, structure.mu
+    if not specimen.rotation:
+        return {"k_N_per_m": k, "c_Ns_per_m": c, "mu": mu}
+    moment = mu.scaled(specimen.normal_force_N, specimen.unit("N"))
+    k, c = replace(k, unit=specimen.unit("N/m")), replace(c, unit=specimen.unit("N s/m"))
+    return {"k_N_per_m": k, "c_Ns_per_m": c, "friction_N": moment}
 
 
 def trial_stiffness(

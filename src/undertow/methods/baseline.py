@@ -26,7 +26,7 @@ from undertow.likelihood.group import Coefficient, GroupModel, group_model, term
 from undertow.likelihood.multistart import as_recorded
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.problem import Link, Problem, ProblemBuilder, TrialOptions
-from undertow.likelihood.scale import with_scale_error
+from undertow.likelihood.scale import structural_parameters, with_scale_error
 from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Array
 from undertow.uncertainty.confidence import as_stderr, widening
@@ -326,14 +326,13 @@ def as_fit(group: GroupFit, method: str, trials: Sequence[str], anchor: str) -> 
     elif group.model.anchored and "total_mass_kg" not in parameters and math.isfinite(specimen.mass_kg):
         error = specimen.mass_error_kg
         said = "load cells" if error > 0.0 else "config"
-        parameters["total_mass_kg"] = Estimate(specimen.mass_kg, 0.0, error, "kg", said)
+        parameters["total_mass_kg"] = Estimate(specimen.mass_kg, 0.0, error, specimen.unit("kg"), said)
     if group.model.fixed is not None:
-        held = group.model.fixed
-        parameters |= {"k_N_per_m": held.k, "c_Ns_per_m": held.c, "mu": held.mu}
+        parameters |= structural_parameters(group.model.fixed, specimen)
     elif group.model.anchored and "k_N_per_m" not in parameters and math.isfinite(specimen.stiffness_N_per_m):
         error = specimen.stiffness_error_N_per_m
         said = "load cells" if error > 0.0 else "config"
-        parameters["k_N_per_m"] = Estimate(specimen.stiffness_N_per_m, 0.0, error, "N/m", said)
+        parameters["k_N_per_m"] = Estimate(specimen.stiffness_N_per_m, 0.0, error, specimen.unit("N/m"), said)
     return Fit(method, tuple(trials), {}, parameters, group.outcome, (), anchor)
 
 

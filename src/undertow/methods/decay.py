@@ -38,13 +38,12 @@ NOTICEABLE_STIFFNESS_SHARE = 0.01
 class Envelope:
     """Envelope of one decay: ``values`` z, x_f (m) and omega_d (rad/s), with their ``covariance`` (3, 3).
 
-    ``rest_m`` is the rest position in the sensor's scale, ``turning_points`` how many were used.
+    ``rest_m`` is the rest position in the sensor's scale.
     """
 
     values: Array
     covariance: Array
     rest_m: float
-    turning_points: int
 
     @property
     def damping_ratio(self) -> float:
@@ -105,7 +104,6 @@ def fit_envelope(motion: Motion) -> Envelope:
         values=np.array([found.x[1], found.x[2] * scale, frequency]),
         covariance=joint,
         rest_m=float(found.x[3] * scale),
-        turning_points=int(times.size),
     )
 
 
@@ -133,7 +131,7 @@ def identify_decay(motion: Motion, specimen: Specimen) -> Fit:
 
     c = 2 zeta omega_n m (Eq. 4), x_f = mu N / k (Eq. 6), k = m omega_n^2 (Eq. 14). The mass is the specimen's; without
     one it is k / omega_n^2 from the specimen's stiffness; without either, c and k come over mass and mu from
-    x_f omega_n^2 / g.
+    x_f omega_n^2 / g. Of a rotation friction is a moment, not a share of the weight.
 
     Raises IdentificationError as `fit_envelope` does.
     """
@@ -147,22 +145,24 @@ def identify_decay(motion: Motion, specimen: Specimen) -> Fit:
     buoyancy = specimen.submerged_volume_m3 * specimen.water_density_kg_per_m3 if not suffix else 0.0
     normal = (mass - buoyancy) * specimen.gravity_m_per_s2
 
+    rubs, of, share = ("mu", "1", normal) if not specimen.rotation else (f"friction_N{suffix}", "N", 1.0)
+
     def derive(values: Array) -> Array:
         z, friction, frequency = values
         zeta = z / math.hypot(2.0 * math.pi, z)
         natural = frequency / math.sqrt(1.0 - zeta**2)
         stiffness = mass * natural**2
-        return np.array([zeta, natural, 2.0 * zeta * natural * mass, friction * stiffness / normal, stiffness])
+        return np.array([zeta, natural, 2.0 * zeta * natural * mass, friction * stiffness / share, stiffness])
 
     values, jacobian = derive(envelope.values), central_slopes(derive, envelope.values)
     errors = np.sqrt(np.diag(jacobian @ envelope.covariance @ jacobian.T))
-    over = " / kg" if suffix else ""
+    over = f" / {specimen.unit('kg')}" if suffix else ""
     names = {
         "damping_ratio": "1",
         "natural_frequency_rad_per_s": "rad/s",
-        f"c_Ns_per_m{suffix}": f"N s/m{over}",
-        "mu": "1",
-        f"k_N_per_m{suffix}": f"N/m{over}",
+        f"c_Ns_per_m{suffix}": f"{specimen.unit('N s/m')}{over}",
+        rubs: of if of == "1" else f"{specimen.unit(of)}{over}",
+        f"k_N_per_m{suffix}": f"{specimen.unit('N/m')}{over}",
     }
     parameters = {
         name: Estimate(float(value), float(error), unit=unit, source="decay envelope", outcome=_outcome(value, error))

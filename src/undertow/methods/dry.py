@@ -71,6 +71,7 @@ def dry_fits(
     A trial that cannot be fitted has no place in it; the others' mean does without.
     """
     fits = {}
+    specimen = replace(specimen, rotation=False)  # mu is what a structure holds: of a rotation moment over mass times g
     for motion in motions:
         try:
             model = group_model(terms, [motion], specimen, None, dry=True, anchored=True)

@@ -1,7 +1,7 @@
 """The exact search over all subsets of columns, and what it tells besides the winner.
 
-Belongs here: the criterion of every subset, the trace of deletions, rivals, the evidence for a column. Does not belong
-here: pysindy (subset.py), correlated noise, physics.
+Belongs here: the criterion of every subset, rivals, the evidence for a column. Does not belong here: pysindy
+(subset.py), correlated noise, physics.
 """
 
 from __future__ import annotations
@@ -31,25 +31,10 @@ SIGN_CHECK_MARGIN = 60.0
 
 @dataclass(frozen=True)
 class Subset:
-    """A subset: its columns, its criterion and its misfit (chi-squared of the columns left out)."""
+    """A subset: its columns and its criterion."""
 
     columns: tuple[int, ...]
     criterion: float
-    misfit: float
-
-
-@dataclass(frozen=True)
-class Step:
-    """The best subset of one size. ``dropped`` left it and ``taken`` came in against the next larger one.
-
-    ``cost`` is the criterion's rise against that larger one: negative where the smaller subset is better.
-    """
-
-    columns: tuple[int, ...]
-    dropped: tuple[int, ...]
-    taken: tuple[int, ...]
-    criterion: float
-    cost: float
 
 
 @dataclass(frozen=True)
@@ -57,17 +42,13 @@ class SubsetSearch:
     """Outcome of a search over all subsets.
 
     ``evidence`` maps a column to the criterion of the best subset without it less that of the best one with it:
-    above 0 it is needed (inf where forced); ``inclusion`` to the weight of the subsets that hold it,
-    exp(-criterion / 2) normalised: near 1 it is there, near 0 it is not. ``refused`` counts subsets that broke a sign.
+    above 0 it is needed (inf where forced).
     """
 
     best: Subset
     rivals: tuple[Subset, ...]
-    trace: tuple[Step, ...]
     evidence: Mapping[int, float]
-    inclusion: Mapping[int, float]
     n_effective: float
-    refused: int
 
     def support(self, columns: int, nuisance: Sequence[int] = ()) -> NDArray[np.bool_]:
         """(columns,) True for the best subset's columns and for the nuisance."""
@@ -115,14 +96,14 @@ def search_subsets(
     names = tuple(labels[index] for index in free)
     criteria[_forbidden(names, tuple(forced), together, exclusive)] = np.inf
     limits = {place[label]: sign for label, sign in (signs or {}).items() if label in place}
-    refused = _refuse(criteria, gram, held, free, limits) if limits else 0
+    if limits:
+        _refuse(criteria, gram, held, free, limits)
     if not np.any(np.isfinite(criteria)):
         raise IdentificationError(
             f"none of {sums.size} subsets obeys the signs {dict(signs or {})}, together {[list(g) for g in together]} "
             f"and exclusive {[list(g) for g in exclusive]}; free the sign of a forced column or loosen a group"
         )
-    table = _Table(criteria, sums, counts, tuple(forced), names)
-    return table.summarise(rival_difference, n_effective, refused)
+    return _Table(criteria, tuple(forced), names).summarise(rival_difference, n_effective)
 
 
 def _forbidden(
@@ -190,14 +171,14 @@ def _reduced(gram: Array, held: Sequence[int], free: Sequence[int], labels: Sequ
 
 def _refuse(
     criteria: Array, gram: Array, held: Sequence[int], free: Sequence[int], limits: Mapping[int, int]
-) -> int:
-    """Set the criterion of subsets that break a sign to inf, in place; how many.
+) -> None:
+    """Set the criterion of subsets that break a sign to inf, in place.
 
     The best are looked at first; once one obeys, those more than `SIGN_CHECK_MARGIN` behind it keep their criterion.
     """
     order = np.argsort(criteria)
     order = order[np.isfinite(criteria[order])]
-    refused, best = 0, np.inf
+    best = np.inf
     for first in range(0, order.size, SIGN_CHECK_CHUNK):
         chunk = order[first : first + SIGN_CHECK_CHUNK]
         if criteria[chunk[0]] > best + SIGN_CHECK_MARGIN:
@@ -206,8 +187,6 @@ def _refuse(
         if not np.all(broken):
             best = min(best, float(criteria[chunk[~broken]].min()))
         criteria[chunk[broken]] = np.inf
-        refused += int(np.count_nonzero(broken))
-    return refused
 
 
 def _breaks_sign(
@@ -232,58 +211,32 @@ def _breaks_sign(
 
 @dataclass(frozen=True)
 class _Table:
-    """Criteria (2^p,), residual sums and sizes of all subsets; bit j of an index stands for names[j]."""
+    """Criteria (2^p,) of all subsets; bit j of an index stands for names[j]."""
 
     criteria: Array
-    sums: Array
-    counts: NDArray[np.int64]
     forced: tuple[int, ...]
     names: tuple[int, ...]
 
-    def summarise(self, rival_difference: float, n_effective: float, refused: int) -> SubsetSearch:
+    def summarise(self, rival_difference: float, n_effective: float) -> SubsetSearch:
         winner = int(np.argmin(self.criteria))
         close = np.isfinite(self.criteria) & (self.criteria <= self.criteria[winner] + rival_difference)
         near = np.flatnonzero(close)
         near = near[np.argsort(self.criteria[near])]
-        weights = np.exp(-0.5 * (self.criteria - self.criteria[winner]))
         evidence = {label: float("inf") for label in self.forced}
-        inclusion = {label: 1.0 for label in self.forced}
         masks = np.arange(self.criteria.size)
         for bit, label in enumerate(self.names):
             inside = (masks >> bit) & 1 == 1
             evidence[label] = _difference(self.criteria[~inside].min(), self.criteria[inside].min())
-            inclusion[label] = float(weights[inside].sum() / weights.sum())
         return SubsetSearch(
             best=self.candidate(winner),
             rivals=tuple(self.candidate(int(mask)) for mask in near if mask != winner),
-            trace=self.trace(),
             evidence=evidence,
-            inclusion=inclusion,
             n_effective=n_effective,
-            refused=refused,
         )
 
-    def columns(self, mask: int) -> tuple[int, ...]:
-        chosen = [name for bit, name in enumerate(self.names) if mask >> bit & 1]
-        return tuple(sorted([*self.forced, *chosen]))
-
     def candidate(self, mask: int) -> Subset:
-        return Subset(self.columns(mask), float(self.criteria[mask]), float(self.sums[mask]))
-
-    def trace(self) -> tuple[Step, ...]:
-        """The best subset of every size, the largest first."""
-        steps: list[Step] = []
-        for count in sorted(set(self.counts.tolist()), reverse=True):
-            of_size = np.where(self.counts == count, self.criteria, np.inf)
-            mask = int(np.argmin(of_size))
-            if not np.isfinite(of_size[mask]):
-                continue
-            columns, criterion = self.columns(mask), float(of_size[mask])
-            before = set(steps[-1].columns) if steps else set(columns)
-            dropped, taken = before - set(columns), set(columns) - before
-            cost = criterion - steps[-1].criterion if steps else 0.0
-            steps.append(Step(columns, tuple(sorted(dropped)), tuple(sorted(taken)), criterion, cost))
-        return tuple(steps)
+        chosen = [name for bit, name in enumerate(self.names) if mask >> bit & 1]
+        return Subset(tuple(sorted([*self.forced, *chosen])), float(self.criteria[mask]))
 
 
 def _difference(without: float, within: float) -> float:

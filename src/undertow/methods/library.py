@@ -144,23 +144,18 @@ class Design:
     length_s: float
     step_s: float
     period_s: float
-    drift_order: int = DRIFT_ORDER
 
     @classmethod
     def of(
-        cls,
-        parts: Sequence[Array],
-        terms: Sequence[Term],
-        motions: Sequence[Motion],
+        cls, parts: Sequence[Array], terms: Sequence[Term], motions: Sequence[Motion],
         lengths_s: tuple[float, float, float],
-        drift_order: int = DRIFT_ORDER,
-    ) -> Design:
+    ) -> Design:  # fmt: skip
         """From the rows of every trial: columns, response, time (n, p + 2); ``lengths_s`` are those of a test function,
         of a step and of a period."""
         every = np.vstack(parts)
         return cls(
             every[:, :-2], every[:, -2], np.repeat(np.arange(len(parts)), [len(part) for part in parts]), every[:, -1],
-            tuple(label(term) for term in terms), tuple(motion.name for motion in motions), *lengths_s, drift_order,
+            tuple(label(term) for term in terms), tuple(motion.name for motion in motions), *lengths_s,
         )  # fmt: skip
 
     @property
@@ -170,17 +165,17 @@ class Design:
 
     @property
     def nuisance(self) -> Array:
-        """Constants and slow drift, (n, n_trials (drift_order + 1)).
+        """Constants and slow drift, (n, n_trials (`DRIFT_ORDER` + 1)).
 
         Legendre polynomials of time within each trial: all constants first, then all slopes, and so on. The mean of a
         polynomial over a moving test function is a polynomial of the same order.
         """
-        blocks = np.zeros((self.response.size, self.drift_order + 1, len(self.trials)))
+        blocks = np.zeros((self.response.size, DRIFT_ORDER + 1, len(self.trials)))
         for index in range(len(self.trials)):
             rows = np.flatnonzero(self.trial == index)
             time = self.time[rows]
             unit = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
-            blocks[rows, :, index] = np.polynomial.legendre.legvander(unit, self.drift_order)
+            blocks[rows, :, index] = np.polynomial.legendre.legvander(unit, DRIFT_ORDER)
         return blocks.reshape(self.response.size, -1)
 
 
@@ -191,10 +186,7 @@ def motion_period(motion: Motion) -> float:
 
 
 def build_design(
-    motions: Sequence[Motion],
-    terms: Sequence[Term],
-    periods: float = TEST_FUNCTION_PERIODS,
-    drift_order: int = DRIFT_ORDER,
+    motions: Sequence[Motion], terms: Sequence[Term], periods: float = TEST_FUNCTION_PERIODS
 ) -> Design:
     """The equation of motion of several trials, averaged by moving test functions over their windows.
 
@@ -214,7 +206,7 @@ def build_design(
     length_s = periods * period_s
     step_s = length_s / ROWS_PER_TEST_FUNCTION
     parts = [_trial_rows(motion, terms, length_s, step_s) for motion in motions]
-    return Design.of(parts, terms, motions, (length_s, step_s, period_s), drift_order)
+    return Design.of(parts, terms, motions, (length_s, step_s, period_s))
 
 
 def _trial_rows(motion: Motion, terms: Sequence[Term], length_s: float, step_s: float) -> Array:

@@ -86,9 +86,9 @@ class History:
     x0: float
 
 
-def history(motion: Motion, end_s: float = math.inf) -> History:
-    """The displacement history of a motion, from its release to the end of its window (or ``end_s``)."""
-    keep = (motion.t >= 0.0) & (motion.t <= min(end_s, motion.window.end_s - motion.window.release_s))
+def history(motion: Motion) -> History:
+    """The displacement history of a motion, from its release to the end of its window."""
+    keep = (motion.t >= 0.0) & (motion.t <= motion.window.end_s - motion.window.release_s)
     x = motion.recorded("displacement") - motion.equilibrium.value
     return History(motion.t[keep], np.ascontiguousarray(x[keep]), float(motion.x[0] - motion.equilibrium.value))
 
@@ -136,11 +136,11 @@ def search(
     return added, float(best.x[1]), float(best.fun) * size
 
 
-def fit(motion: Motion, structure: Structure, specimen: Specimen, stiffness_N_per_m: float = math.nan) -> Fit:
+def fit(motion: Motion, structure: Structure, specimen: Specimen) -> Fit:
     """Method 1 on one trial: added_mass_kg and drag_coefficient with noise and systematic errors.
 
-    ``stiffness_N_per_m`` replaces the structure's mean k for this trial. Errors are linear: sensitivities of the exact
-    trajectory at the answer, the residual's own colour, and k, c, mu moved by their standard errors.
+    Errors are linear: sensitivities of the exact trajectory at the answer, the residual's own colour, and k, c, mu
+    moved by their standard errors.
 
     Raises IdentificationError where mass, area or displacement is missing.
     """
@@ -152,18 +152,19 @@ def fit(motion: Motion, structure: Structure, specimen: Specimen, stiffness_N_pe
     if "displacement" not in motion.recording.channels:
         have = ", ".join(motion.recording.channels)
         raise IdentificationError(f"trial {motion.name}: Method 1 fits displacement, recorded are {have}; map it")
-    k = stiffness_N_per_m if math.isfinite(stiffness_N_per_m) else structure.k.value
     data = history(motion)
-    added, drag, rms = search(data, (k, structure.c.value, structure.mu.value), specimen)
-    noise, systematic = _errors(motion, data, (k, structure), specimen, (added, drag), rms)
+    added, drag, rms = search(data, (structure.k.value, structure.c.value, structure.mu.value), specimen)
+    noise, systematic = _errors(motion, data, structure, specimen, (added, drag), rms)
     on_bound = added <= 0.0
     outcome = "added_mass_kg on its bound 0 kg" if on_bound else OK
     estimates = {
         "added_mass_kg": Estimate(
-            added, math.nan if on_bound else noise[0], systematic[0], "kg", "method1", outcome
+            added, math.nan if on_bound else noise[0], systematic[0], specimen.unit("kg"), "method1", outcome
         ),
         "drag_coefficient": Estimate(drag, noise[1], systematic[1], "1", "method1", OK),
-        "total_mass_kg": Estimate(specimen.mass_kg + added, noise[0], systematic[0], "kg", "method1", outcome),
+        "total_mass_kg": Estimate(
+            specimen.mass_kg + added, noise[0], systematic[0], specimen.unit("kg"), "method1", outcome
+        ),
     }
     return Fit("method1", (motion.name,), {}, estimates, outcome, (f"displacement RMS {rms * 1e3:.3g} mm",), "mass")
 
@@ -171,20 +172,19 @@ def fit(motion: Motion, structure: Structure, specimen: Specimen, stiffness_N_pe
 def _errors(
     motion: Motion,
     data: History,
-    stiffness: tuple[float, Structure],
+    structure: Structure,
     specimen: Specimen,
     answer: tuple[float, float],
     rms: float,
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Standard errors of (m_a, C_d) from noise, and from k, c, mu."""
-    k, structure = stiffness
     base = np.zeros(N_SLOTS)
     base[SLOT["mass"]] = specimen.mass_kg
     base[SLOT["x0"]] = data.x0
     normal, drag_unit = specimen.normal_force_N, specimen.drag_N_per_unit_coefficient
     unknowns = (
-        Unknown("added_mass_kg", answer[0]), Unknown("drag_coefficient", answer[1]), Unknown("k", k),
-        Unknown("c", structure.c.value), Unknown("mu", structure.mu.value),
+        Unknown("added_mass_kg", answer[0]), Unknown("drag_coefficient", answer[1]),
+        Unknown("k", structure.k.value), Unknown("c", structure.c.value), Unknown("mu", structure.mu.value),
     )  # fmt: skip
     links = (
         Link(SLOT["mass"], 0), Link(SLOT["q"], 1, drag_unit), Link(SLOT["k1"], 2), Link(SLOT["c1"], 3),

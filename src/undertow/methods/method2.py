@@ -20,6 +20,7 @@ from scipy.signal import bessel, sosfiltfilt
 from undertow.conditioning.motion import Motion
 from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Fit, Specimen, Structure
+from undertow.likelihood.scale import structural_parameters
 from undertow.methods.decay import central_slopes
 from undertow.quantities import OK, Estimate
 
@@ -217,11 +218,11 @@ def _fit(
     parameters = {
         name: Estimate(float(value), float(error), float(held_error), unit, method)
         for name, unit, value, error, held_error in zip(
-            ("added_mass_kg", "drag_coefficient"), ("kg", "1"), values, stderr, systematic, strict=True
+            ("added_mass_kg", "drag_coefficient"), (specimen.unit("kg"), "1"), values, stderr, systematic, strict=True
         )
     }
     parameters["total_mass_kg"] = Estimate(
-        float(values[0]) + specimen.mass_kg, float(stderr[0]), float(systematic[0]), "kg", method
+        float(values[0]) + specimen.mass_kg, float(stderr[0]), float(systematic[0]), specimen.unit("kg"), method
     )
-    parameters |= {"k_N_per_m": structure.k, "c_Ns_per_m": structure.c, "mu": structure.mu}
+    parameters |= structural_parameters(structure, specimen)
     return Fit(method, (motion.name,), parameters=parameters, outcome=outcome, notes=tuple(notes), anchor="stiffness")

@@ -10,9 +10,8 @@ Belongs here: the regression, its covariance, the fixed and the selected form. D
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +21,6 @@ from undertow.equation.term import Term
 from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Fit
 from undertow.likelihood.noise import autocovariance, effective_samples, score_matrix
-from undertow.methods.exact_subsets import SubsetSearch
 from undertow.methods.library import Design, build_design, label, motion_period
 from undertow.methods.subset import BestSubset, project_out
 from undertow.quantities import OK, Estimate
@@ -51,59 +49,27 @@ class SindyResult:
     """An equation over the total mass.
 
     ``names`` (p,) terms kept, ``coefficients`` (p,) theta in SI units over kg, ``covariance`` (p, p) statistical, with
-    the residual's autocorrelation and the scatter between trials; ``covariance_within`` (p, p) without that scatter.
-    ``contribution`` (p,) is the standard deviation of theta_i force_i in m/s^2. ``constants`` (n_trials,) in m/s^2.
-    ``selection`` is the search over subsets, None in the fixed form. ``terms`` are the terms
-    kept; ``fit`` the same as a `Fit` named 'sindy', coefficients per mass.
+    the residual's autocorrelation and the scatter between trials. ``constants`` (n_trials,) in m/s^2. ``terms`` are the
+    terms kept; ``fit`` the same as a `Fit` named 'sindy', coefficients per mass.
     """
 
     names: tuple[str, ...]
     coefficients: Array
     covariance: Array
-    covariance_within: Array
-    contribution: Array
     constants: Array
     n_effective: float
     terms: tuple[Term, ...]
     fit: Fit
-    selection: SubsetSearch | None = None
-    considered: tuple[str, ...] = field(default=())
-
-    def coefficient(self, name: str) -> float:
-        """Coefficient over mass of a term by name; IdentificationError where the equation does not hold it."""
-        if name not in self.names:
-            raise IdentificationError(f"the equation has no term {name!r}; it has {', '.join(self.names) or 'none'}")
-        return float(self.coefficients[self.names.index(name)])
-
-    def why(self) -> tuple[str, ...]:
-        """One sentence for each term considered: kept or dropped, and at what cost of the criterion."""
-        if self.selection is None:
-            return tuple(f"{name}: prescribed" for name in self.names)
-        sentences = []
-        for index, name in enumerate(self.considered):
-            evidence = self.selection.evidence[index]
-            if math.isinf(evidence):
-                word = "known to be there" if evidence > 0.0 else "dropped: no equation with it obeys the signs"
-            elif name in self.names:
-                word = f"kept: without it the criterion rises by {evidence:.1f}"
-            else:
-                word = f"dropped: with it the criterion rises by {-evidence:.1f}"
-            sentences.append(f"{name}: {word}")
-        return tuple(sentences)
 
 
 def discover(
-    motions: Sequence[Motion],
-    terms: Sequence[Term],
-    known: Sequence[Term | str] = (),
-    subset: bool = True,
-    signs: bool = True,
+    motions: Sequence[Motion], terms: Sequence[Term], known: Sequence[Term | str] = (), subset: bool = True
 ) -> SindyResult:
     """The equation of several trials together, a constant for each of them.
 
     ``terms`` is the library. With ``subset`` the best subset by BIC with effective samples is taken, ``known`` terms
-    always in it; without, all of them (report Eq. 15). With ``signs`` a term whose coefficient cannot be negative
-    (drag, friction, viscous damping) is not selected with a negative one. `AddedMass` is part of the total mass and
+    always in it; without, all of them (report Eq. 15). A term whose coefficient cannot be negative (drag, friction,
+    viscous damping) is not selected with a negative one. `AddedMass` is part of the total mass and
     left out.
 
     Standard errors come from the residual (Newey and West 1987 over one period of the motion). From three trials on
@@ -117,11 +83,10 @@ def discover(
     if not library:
         raise IdentificationError(f"{len(terms)} terms besides the mass; give at least one, e.g. Stiffness()")
     forced = [_place(entry, names) for entry in known]
-    selection, kept = None, tuple(range(len(library)))
+    kept = tuple(range(len(library)))
     if subset:
         design = build_design(motions, library, SELECTION_PERIODS)
-        selection = select_terms(design, library, forced, signs).searches_[0]
-        kept = selection.best.columns
+        kept = select_terms(design, library, forced).searches_[0].best.columns
         if not kept:
             raise IdentificationError(
                 f"the best of all subsets of {', '.join(names)} is none of them; the motion is not explained by any: "
@@ -130,7 +95,7 @@ def discover(
     terms_kept = tuple(library[index] for index in kept)
     solutions = [solve_design(build_design(motions, terms_kept, periods)) for periods in _fitting_lengths(motions)]
     best = min(solutions, key=lambda solution: solution.generalised_variance)
-    return _report(best, terms_kept, selection, names)
+    return _report(best, terms_kept)
 
 
 def _place(entry: Term | str, names: tuple[str, ...]) -> int:
@@ -226,9 +191,7 @@ def solve_design(design: Design) -> LeastSquares:
     return LeastSquares(design, values, moving * np.outer(stretch, stretch), widening, residual, n_effective)
 
 
-def _report(
-    solution: LeastSquares, terms: tuple[Term, ...], selection: SubsetSearch | None, considered: tuple[str, ...]
-) -> SindyResult:
+def _report(solution: LeastSquares, terms: tuple[Term, ...]) -> SindyResult:
     """The solution in words, units and standard errors."""
     design, count = solution.design, len(terms)
     covariance = solution.within * np.outer(solution.widening, solution.widening)
@@ -237,8 +200,6 @@ def _report(
         names=design.names,
         coefficients=values,
         covariance=covariance,
-        covariance_within=solution.within,
-        contribution=np.std(design.columns, axis=0) * np.abs(values),
         constants=solution.values[count : count + len(design.trials)],
         n_effective=solution.n_effective,
         terms=terms,
@@ -248,8 +209,6 @@ def _report(
             per_mass=_estimates(terms, design.names, values, errors),
             notes=_notes(design.names, covariance),
         ),
-        selection=selection,
-        considered=considered,
     )
 
 

@@ -18,7 +18,7 @@ from pysindy.optimizers.base import BaseOptimizer
 
 from undertow.errors import IdentificationError
 from undertow.likelihood.noise import autocovariance, effective_samples, score_matrix
-from undertow.methods.exact_subsets import Step, Subset, SubsetSearch, search_subsets
+from undertow.methods.exact_subsets import SubsetSearch, search_subsets
 
 Array = NDArray[np.float64]
 
@@ -61,8 +61,6 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
     coef_ : (n_targets, n_features) coefficients, exactly 0 outside the support.
     support_ : (n_targets, n_features) True where a column is in the equation, nuisance included.
     searches_ : one `SubsetSearch` a target.
-    trace_ : a target's steps from the full model down: which column was dropped at which cost; one tuple a target.
-    rivals_ : a target's subsets within `rival_difference` of the best; one tuple a target.
     n_effective_ : (n_targets,) effective numbers of samples.
     information_ : a target's information matrix (q, q) of the columns that are judged, in units of ``estimates_``.
     estimates_ : a target's least-squares coefficients (q,) with all judged columns in the equation.
@@ -118,8 +116,6 @@ class BestSubset(BaseOptimizer):  # type: ignore[misc]
         self.coef_ = coefficients
         self.searches_: tuple[SubsetSearch, ...] = tuple(searches)
         self.support_ = np.array([search.support(x.shape[1], self.nuisance) for search in searches])
-        self.trace_: tuple[tuple[Step, ...], ...] = tuple(search.trace for search in searches)
-        self.rivals_: tuple[tuple[Subset, ...], ...] = tuple(search.rivals for search in searches)
         self.n_effective_ = np.array([search.n_effective for search in searches])
 
     def _search(self, x: Array, y: Array, lengths: Sequence[int]) -> tuple[SubsetSearch, Array]:

@@ -18,7 +18,7 @@ import pandas as pd
 from undertow.errors import MisnamedError, RecordingError
 from undertow.recording.foreign import parsing
 from undertow.recording.layout import DECIMALS, Column, FileFormat, pick
-from undertow.recording.limits import Limits
+from undertow.recording.limits import LIMITS, Limits
 from undertow.recording.stamps import STAMPED
 from undertow.recording.vectors import chosen_table
 
@@ -70,9 +70,9 @@ def read_excel(path: Path, layout: FileFormat, columns: Sequence[Column] | None)
     return frame
 
 
-def excel_tables(path: Path, limits: Limits) -> tuple[str, ...]:
+def excel_tables(path: Path) -> tuple[str, ...]:
     """Names of the sheets that hold cells."""
-    with parsing(path, "Excel workbook", _ADVICE, cycles=True), _workbook(path, limits) as book:
+    with parsing(path, "Excel workbook", _ADVICE, cycles=True), _workbook(path, LIMITS) as book:
         return tuple(sheet.title for sheet in book.worksheets)
 
 

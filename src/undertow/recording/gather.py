@@ -69,15 +69,6 @@ def listing(catalogue: Catalogue) -> tuple[tuple[Entry, ...], tuple[Entry, ...]]
     return tuple(said.of(entry) for entry in entries), tuple(said.of(entry) for entry in (*files, *trials))
 
 
-def fits(entry: Entry, pattern: str) -> bool:
-    """Whether a file name pattern fits a trial (`undertow.recording.patterns`).
-
-    >>> fits(Entry("t_01", Path("a/t_01.txt")), "*_01.txt")
-    True
-    """
-    return Patterns([pattern]).fit(entry.name, str(entry.file))
-
-
 def _parted(entries: Sequence[Entry], patterns: Patterns) -> tuple[list[Entry], list[Entry]]:
     """Entries that no pattern fits, and the others."""
     kept: list[Entry] = []

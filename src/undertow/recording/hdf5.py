@@ -19,7 +19,7 @@ from undertow.errors import MisnamedError, RecordingError
 from undertow.recording.file_guard import HDF5_GUARD
 from undertow.recording.foreign import parsing
 from undertow.recording.layout import Column, FileFormat, pick
-from undertow.recording.limits import LIMITS, Limits
+from undertow.recording.limits import Limits
 from undertow.recording.vectors import alike, chosen_table, matrix_columns, table
 
 HDF5 = (".h5", ".hdf5", ".hdf")
@@ -46,7 +46,7 @@ def read_hdf5(path: Path, layout: FileFormat, columns: Sequence[Column] | None) 
         return _table_at(path, _found(path, file, layout.variable), layout, columns)
 
 
-def hdf5_tables(path: Path, limits: Limits = LIMITS) -> tuple[str, ...]:
+def hdf5_tables(path: Path) -> tuple[str, ...]:
     """Paths of everything in a file that can be read as a table; "" is the file's own vectors."""
     with parsing(path, "HDF5 file", _ADVICE), checked(path) as file:
         return _tables(path, file)

@@ -17,7 +17,6 @@ import pandas as pd
 from undertow.errors import RecordingError
 from undertow.recording.foreign import library, parsing
 from undertow.recording.layout import Column, FileFormat, pick
-from undertow.recording.limits import LIMITS, Limits
 from undertow.recording.text import table_of, text_of
 from undertow.recording.vectors import alike, chosen_table, table
 
@@ -163,7 +162,7 @@ def read_tdms(path: Path, layout: FileFormat, columns: Sequence[Column] | None) 
     return frame if columns is None else frame[list(columns)]
 
 
-def tdms_tables(path: Path, limits: Limits = LIMITS) -> tuple[str, ...]:
+def tdms_tables(path: Path) -> tuple[str, ...]:
     """Names of the groups that hold channels."""
     nptdms = library("nptdms", "npTDMS", "labs", path)
     with parsing(path, "TDMS file", _ADVICE), path.open("rb") as stream:

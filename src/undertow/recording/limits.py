@@ -44,6 +44,14 @@ class Limits:
                 f"{self.megabytes:g}; is it the right file? raise the limit if it is"
             )
 
+    def allow_unfolded(self, path: Path, before: int, size: int) -> None:
+        """RecordingError where what was unfolded ``before`` and ``size`` bytes more are too much."""
+        if before + size > self.bytes:
+            raise RecordingError(
+                f"{path} unfolds to more than the {self.megabytes:g} MB that recordings.limits.megabytes allows; is it "
+                "the right file? raise the limit if it is"
+            )
+
     def allow_columns(self, path: Path, count: int) -> None:
         """RecordingError where a table has more columns than ``columns``."""
         if count > self.columns:

@@ -95,24 +95,16 @@ def _allow_v5(path: Path, limits: Limits, wanted: Collection[str] | None) -> Non
             start = stream.tell()
             there = min(size, whole - start)
             if kind == COMPRESSED:
-                folded = Folded(stream, there, partial(_allow_unfolded, path, limits, total))
+                folded = Folded(stream, there, partial(limits.allow_unfolded, path, total))
                 total += folded.total if _checked(path, folded, order, wanted) else 0
             elif kind == MATRIX:
                 plain = Plain(stream, there)
                 name = name_of(plain.peek(_HEAD), order)
                 if wanted is None or name in wanted:
-                    _allow_unfolded(path, limits, total, size)
+                    limits.allow_unfolded(path, total, size)
                     Variable(path, name or "", plain, order).check(size)
                     total += size
             stream.seek(start + size)
-
-
-def _allow_unfolded(path: Path, limits: Limits, before: int, size: int) -> None:
-    if before + size > limits.bytes:
-        raise RecordingError(
-            f"{path} unfolds to more than the {limits.megabytes:g} MB that recordings.limits.megabytes allows; "
-            "is it the right file? raise the limit if it is"
-        )
 
 
 def _checked(path: Path, folded: Folded, order: str, wanted: Collection[str] | None) -> bool:

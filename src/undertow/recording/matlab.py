@@ -80,9 +80,9 @@ def list_variables(path: Path) -> tuple[str, ...]:
     return tuple(f"{name} ({_kind(value)})" for name, value in _content(path, LIMITS, None).items()) or ("nothing",)
 
 
-def matlab_tables(path: Path, limits: Limits = LIMITS) -> tuple[str, ...]:
+def matlab_tables(path: Path) -> tuple[str, ...]:
     """Names of everything in a file that can be read as a table; "" is the file's own vectors."""
-    content = _content(path, limits, None)
+    content = _content(path, LIMITS, None)
     own = sum(is_vector(value) for value in content.values()) > 1
     return (*([""] if own else []), *_inner(content, ""))
 

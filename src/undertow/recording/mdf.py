@@ -17,7 +17,6 @@ from undertow.errors import MisnamedError, RecordingError
 from undertow.recording.file_guard import MDF_GUARD
 from undertow.recording.foreign import library, parsing
 from undertow.recording.layout import Column, FileFormat, pick
-from undertow.recording.limits import LIMITS, Limits
 from undertow.recording.vectors import chosen_table, table
 
 TIME = "time"
@@ -70,7 +69,7 @@ def read_mdf(path: Path, layout: FileFormat, columns: Sequence[Column] | None) -
     return frame if columns is None else frame[list(columns)]
 
 
-def mdf_tables(path: Path, limits: Limits = LIMITS) -> tuple[str, ...]:
+def mdf_tables(path: Path) -> tuple[str, ...]:
     """Names of the channel groups that hold more than a clock."""
     with _opened(path) as file:
         return tuple(name for name, (_, channels) in _groups(file).items() if channels)

@@ -52,7 +52,7 @@ class Doubt:
 @dataclass(frozen=True)
 class ChannelSummary:
     """One channel: extremes, ``noise`` (1 sigma, rounding included), ``quantum`` (finest step, 0: none seen), all in
-    ``unit``; how many samples look like spikes; ``plateaus``, the times a peak was cut at the channel's own extreme.
+    ``unit``; how many samples look like spikes.
     """
 
     unit: str
@@ -61,7 +61,6 @@ class ChannelSummary:
     noise: float
     quantum: float
     spikes: int
-    plateaus: int
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,6 @@ class RecordingSummary:
     standard deviation of the other steps; ``doubts`` are sentences.
     """
 
-    name: str
     samples: int
     duration_s: float
     rate_hz: float
@@ -123,7 +121,7 @@ def summary(recording: Recording) -> RecordingSummary:
     gaps = steps[steps > GAP_STEPS * usual]
     even = steps[steps <= GAP_STEPS * usual]
     return RecordingSummary(
-        recording.name, recording.time.size, recording.duration_s, 1.0 / usual, gaps.size,
+        recording.time.size, recording.duration_s, 1.0 / usual, gaps.size,
         float(np.max(gaps, initial=0.0)), float(np.std(even) / usual) if even.size else math.nan,
         {name: _channel_summary(recording, name, values) for name, values in recording.channels.items()}, said,
     )  # fmt: skip
@@ -133,7 +131,7 @@ def _channel_summary(recording: Recording, name: str, values: Array) -> ChannelS
     step = quantum(values)
     return ChannelSummary(
         recording.unit(name), float(np.min(values)), float(np.max(values)), noise(values), step,
-        len(_spikes(recording, values)), plateaus(values, step),
+        len(_spikes(recording, values)),
     )  # fmt: skip
 
 

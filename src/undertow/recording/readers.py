@@ -20,7 +20,6 @@ from undertow.recording.excel import EXCEL, excel_tables, read_excel
 from undertow.recording.hdf5 import HDF5, hdf5_tables, read_hdf5
 from undertow.recording.labview import read_lvm, read_tdms, tdms_tables
 from undertow.recording.layout import Column, FileFormat
-from undertow.recording.limits import LIMITS, Limits
 from undertow.recording.matlab import matlab_tables, read_cells, read_matlab
 from undertow.recording.mdf import mdf_tables, read_mdf
 from undertow.recording.text import read_text
@@ -47,7 +46,7 @@ READERS: Mapping[str, Reader] = MappingProxyType(
 )
 """Suffix -> reader. Nothing that can carry code (pickles, object arrays) has a place here."""
 
-TABLES: Mapping[str, Callable[[Path, Limits], tuple[str, ...]]] = MappingProxyType(
+TABLES: Mapping[str, Callable[[Path], tuple[str, ...]]] = MappingProxyType(
     {
         ".mat": matlab_tables,
         **dict.fromkeys(HDF5, hdf5_tables),
@@ -116,14 +115,14 @@ def read_table(
     return table if columns is None else table[list(columns)]
 
 
-def tables_in(path: Path, limits: Limits = LIMITS) -> tuple[str, ...]:
+def tables_in(path: Path) -> tuple[str, ...]:
     """Names of the tables that a file holds; one without a name where its kind holds a single one.
 
     Raises RecordingError where the file is missing, unreadable or of an unknown kind.
     """
     _reader(path)
     names = TABLES.get(suffix_of(path))
-    return ("",) if names is None else names(path, limits)
+    return ("",) if names is None else names(path)
 
 
 def count_trials(path: Path, layout: FileFormat) -> int:

@@ -79,11 +79,7 @@ def _unpacked(path: Path, limits: Limits) -> bytes:
         raise RecordingError(f"{path} is not a whole gzip file ({error}); copy it again") from error
     except OSError as error:
         raise RecordingError(f"{path} cannot be read: {error.strerror or error}; check its rights") from error
-    if len(raw) > most:
-        raise RecordingError(
-            f"{path} unfolds to more than the {limits.megabytes:g} MB that recordings.limits.megabytes allows; is it "
-            "the right file? raise the limit if it is"
-        )
+    limits.allow_unfolded(path, 0, len(raw))
     return raw
 
 

@@ -97,7 +97,7 @@ def audit_words(text: str) -> Markup:
     for printed, meant in _FORMULAS.items():
         text = text.replace(printed, meant)
     text = _MINUS.sub("\N{MINUS SIGN}", text)
-    text = _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", reason_words(text).replace("coulomb", "Coulomb"))
+    text = _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", reason_words(text))
     return Markup(str(escape(text)).replace("mₐ", "m<sub>a</sub>").replace("C_d", "C<sub>d</sub>"))
 
 
@@ -109,7 +109,7 @@ def effect_words(effects: Sequence[str], water: bool = True) -> str:
     """
     if not effects:
         return "Eq. 15 alone" if water else "no water force"
-    return effects_words(effects).replace("coulomb", "Coulomb")
+    return effects_words(effects)
 
 
 def _block(series: SeriesFindings, inline: Mapping[str, Markup], number: int) -> dict[str, Any]:

@@ -10,11 +10,12 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from undertow.discrepancy.calibration import LEANS, NEARLY
 from undertow.discrepancy.decision import NAMED
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.repaired import named_laws, repaired_equation, repaired_errors
 from undertow.discrepancy.verdict import Gate, Verdict
-from undertow.discrepancy.words import percent
+from undertow.discrepancy.words import percent, spelled
 from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.errors import IdentificationError
@@ -28,13 +29,33 @@ PROBABILITY_GATE = "posterior"
 """The condition whose numbers are probabilities: they are printed as the others on the page."""
 
 
+_KINDS: Mapping[str, str] = {
+    "to the noise": "only noise is left",
+    "nearly to the noise": "a little more than noise is left",
+    "seen sharply": "little could hide",
+    "leans to standing out": f"p below {LEANS:g}",
+    "nearly stands out": f"p below {NEARLY:g}",
+    "beyond every replica": "further out than every replica",
+}
+"""Kinds of verdicts whose counts make a percentage, as a reader of one page understands them."""
+
+
+def kind_words(kind: str) -> str:
+    """A kind of verdict (docs/calibration.md) in words that need no other page.
+
+    >>> kind_words("nothing_missing, seen sharply, leans to standing out"), kind_words("unknown, not named")
+    ('nothing missing, little could hide, p below 0.3', 'unknown, not named')
+    """
+    return ", ".join(_KINDS.get(part, part.replace("_", " ")) for part in kind.split(", "))
+
+
 def gate_rows(verdict: Verdict) -> list[Mapping[str, Any]]:
     """Every condition behind a verdict, in words: ``gate``, ``statistic``, ``value``, ``limit`` (what is asked for),
     ``passed``, ``outcome``, ``because``."""
     return [
         {
             "gate": gate.gate.replace("_", " "),
-            "statistic": gate.statistic.replace("_", " "),
+            "statistic": spelled(wording.in_plain_words(gate.statistic)),
             "value": _number(gate, gate.value),
             "limit": f"{asked_words(gate.gate, gate.value, gate.limit, gate.passed)} {_number(gate, gate.limit)}",
             "passed": gate.passed,
@@ -74,7 +95,7 @@ def seen_rows(verdict: Verdict) -> list[Mapping[str, str]]:
     ``named``, all in words."""
     return [
         {
-            "effect": ", ".join(filter(None, (one.name.replace("_", " "), wording.values_in_words(one.at, one.unit)))),
+            "effect": ", ".join(filter(None, (spelled(one.name), wording.values_in_words(one.at, one.unit)))),
             "seen": f"{wording.plain_number(one.value, 2)} {wording.printed_unit(one.unit)}".strip(),
             "share": f"{100.0 * one.share_of_motion:.2g} %",
             "named": "-" if math.isnan(one.named_value)
@@ -136,11 +157,11 @@ def repaired_block(group: GroupFindings) -> Mapping[str, Any]:
     written, published = repaired_of(group), dict(group.specimen.published)
     names = wording.ordered_parameters((*before, *after))
     return {
-        "rows": [_row(name, before.get(name), after.get(name), published.get(name)) for name in names],
+        "rows": [number_row(name, before.get(name), after.get(name), published.get(name)) for name in names],
         "published": any(name in published for name in names),
         "held": held_words(group),
         "both": verdict.status != "unknown" and any(name in after for name in before),
-        "latex": "" if written is None else numeric_latex(*written),
+        "latex": "" if written is None else numeric_latex(*written, rotation=group.specimen.rotation),
         "text": "" if written is None else written[0].text(written[1]),
         "of_waves": any("kernel_mass_kg" in name for name in after),
     }
@@ -155,9 +176,10 @@ def held_words(group: GroupFindings) -> str:
     return "; ".join(said)
 
 
-def _row(
-    name: str, before: Estimate | None, after: Estimate | None, published: float | None
+def number_row(
+    name: str, before: Estimate | None, after: Estimate | None, published: float | None = None
 ) -> Mapping[str, str]:
+    """A number of both equations in words: ``name``, ``before``, ``after``, ``problem``, ``published``."""
     problem = "" if after is None else wording.problem_of(after)
     return {
         "name": wording.parameter_words(name),

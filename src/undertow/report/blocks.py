@@ -14,8 +14,8 @@ from undertow.discrepancy.calibration import record_of
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.verdict import Described, Verdict
-from undertow.discrepancy.words import count, either, group_title, least_sets, percent
-from undertow.quantities import OK, Estimate, format_number, unit_in_rotation
+from undertow.discrepancy.words import count, either, group_title, least_sets, percent, spelled
+from undertow.quantities import OK, Estimate, format_number
 from undertow.report import behind, wording
 from undertow.report.arrange import agreement, spanning_conditions
 from undertow.report.expressions import is_per_mass, numeric_latex
@@ -102,14 +102,13 @@ def unit_of(estimates: Sequence[Estimate]) -> str:
     return "" if only == "1" else only
 
 
-def column_heading(parameter: str, unit: str, coordinate: str = "translation") -> str:
-    """Words of a parameter with its unit, that of a rotation where this is the coordinate.
+def column_heading(parameter: str, unit: str) -> str:
+    """Words of a parameter with its unit.
 
-    >>> column_heading("k_N_per_m", "N/m"), column_heading("mu", "N", "rotation").replace(NO_BREAK, " ")
-    ('stiffness (N/m)', 'friction coefficient (N m)')
+    >>> column_heading("k_N_per_m", "N/m"), column_heading("mu", "")
+    ('stiffness (N/m)', 'friction coefficient')
     """
     words = wording.parameter_name(parameter).words
-    unit = unit_in_rotation(unit) if coordinate == "rotation" and "rad" not in unit else unit
     tied = wording.printed_unit(unit).replace(" ", NO_BREAK)
     return f"{words} ({tied})" if unit else words
 
@@ -132,7 +131,7 @@ def overview(findings: Findings, anchors: Sequence[str], extent: Extent | None =
         }
         for group, anchor, found in zip(findings.groups, anchors, numbers, strict=True)
     ]
-    return {"columns": [column_heading(p, units[p], findings.coordinate) for p in parameters], "rows": rows}
+    return {"columns": [column_heading(p, units[p]) for p in parameters], "rows": rows}
 
 
 def unseen_words(verdict: Verdict) -> str:
@@ -152,11 +151,15 @@ def errors_of(before: Described, after: Described | None) -> tuple[float, float,
 
 def identity(group: GroupFindings, anchor: str) -> dict[str, Any]:
     """What names a group and its verdict wherever it stands."""
-    verdict = group.verdict
+    return identity_of(group.verdict, group.label, anchor, group.dry)
+
+
+def identity_of(verdict: Verdict, label: str, anchor: str, dry: bool = False) -> dict[str, Any]:
+    """The same of a verdict under its group's label."""
     return {
-        "title": wording.unbroken(group.label),
+        "title": wording.unbroken(label),
         "anchor": anchor,
-        "dry": group.dry,
+        "dry": dry,
         "status": status_words(verdict),
         "names": either((named_effects(verdict), *rival_words(verdict))) if named_effects(verdict)
         else status_words(verdict),
@@ -173,23 +176,23 @@ def group_block(
     units = {
         p: unit_of([fit.parameters[p] for fit in group.fits.values() if p in fit.parameters]) for p in parameters
     }
-    factor, unit = amplitude_scale(findings)
+    (factor, unit), turns = amplitude_scale(findings), group.specimen.rotation
     return identity(group, anchor) | {
         "verdict": verdict_block(group.verdict),
-        "columns": [column_heading(p, units[p], findings.coordinate) for p in parameters],
+        "columns": [column_heading(p, units[p]) for p in parameters],
         "methods": [_method_row(group, method, units) for method in group.fits],
         "published": [f"{published[p]:.5g}" if p in published else "" for p in parameters] if published else [],
         "agreement": agreement_texts(group, [p for p in parameters if p != "total_mass_kg"]),
         "gates": behind.gate_rows(group.verdict),
         "seen": behind.seen_rows(group.verdict),
-        "not_testable": group.verdict.not_testable,
+        "not_testable": [spelled(name) for name in group.verdict.not_testable],
         "repaired": behind.repaired_block(group),
         "no_gain": no_gain_words(findings, group),
         "adjusted": behind.adjusted_words(group),
-        "latex": [group.equation.to_latex(), numeric_latex(group.equation, group.equation_errors)],
+        "latex": [group.equation.to_latex(), numeric_latex(group.equation, group.equation_errors, rotation=turns)],
         "text": group.equation.text(group.equation_errors),
         "per_mass": is_per_mass(group.equation, group.equation_errors),
-        "rotation": findings.coordinate == "rotation",
+        "rotation": turns,
         "figures": figures,
         "as_measured": any(math.isfinite(trial.as_measured) for trial in group.trials),
         "augmented": any(trial.augmented for trial in group.trials),
@@ -243,7 +246,7 @@ def verdict_block(verdict: Verdict) -> Block:
         "check": check.because if math.isfinite(check.expected) or check.agrees is not None else "",
         "agrees": check.agrees,
         "rejected": [
-            {"name": one.name.replace("_", " "), "because": wording.rejected_words(one.name, one.because)}
+            {"name": spelled(one.name), "because": wording.rejected_words(one.name, one.because)}
             for one in verdict.rejected
         ],
         "next_test": verdict.next_test,
@@ -273,7 +276,7 @@ def record_words(verdict: Verdict) -> str:
     record = record_of(verdict)
     if record is None or not record.said or not math.isfinite(verdict.confidence):
         return ""
-    kind, sure = wording.kind_words(record.kind), sure_words(verdict)
+    kind, sure = behind.kind_words(record.kind), sure_words(verdict)
     said = f"of {record.said} such verdicts ({kind}) on sealed campaigns of known truth {record.right} held"
     return f"{said}, which makes {sure}" if sure else said
 

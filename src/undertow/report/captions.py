@@ -14,6 +14,7 @@ from undertow.conditioning.period import dominant_period
 from undertow.discrepancy.energy import EnergyBudget
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.verdict import Verdict
+from undertow.discrepancy.words import own_words
 from undertow.errors import UndertowError
 from undertow.quantities import Estimate, format_estimate
 from undertow.recording.recording import Coordinate
@@ -64,6 +65,15 @@ def captions(findings: Findings, group: GroupFindings) -> Mapping[str, Any]:
     }  # fmt: skip
 
 
+def scattering_words(findings: Findings) -> str:
+    """Which numbers of the structure vary from trial to trial where a repetition is simulated: those that an equation
+    of the campaign has."""
+    has = {term.structural for group in findings.groups for term in group.equation.terms}
+    weighed = all(group.specimen.normal_force_N > 0.0 and not group.specimen.rotation for group in findings.groups)
+    words = {"k": "k", "c": "c", "mu": "\N{GREEK SMALL LETTER MU}" if weighed else "friction"}
+    return own_words([said for symbol, said in words.items() if symbol in has])
+
+
 def _named(trial: TrialFindings) -> str:
     return f"{trial.motion.name}{' (held out)' if trial.held_out else ''}"
 
@@ -72,7 +82,8 @@ def _energy(group: GroupFindings, trial: TrialFindings) -> str:
     budget = budget_of(group, trial)
     if budget is None:
         return ""
-    unit = "J/kg" if is_per_mass(group.equation, group.equation_errors) else "J"
+    over = "/(kg m²)" if group.specimen.rotation else "/kg"
+    unit = f"J{over}" if is_per_mass(group.equation, group.equation_errors) else "J"
     believed = "repaired" if is_repaired(group.verdict) else "prescribed"
     more = budget.time.size - CYCLES_AT_MOST
     left = f"; of {budget.time.size} cycles the first {CYCLES_AT_MOST} are drawn" if more > 0 else ""

@@ -20,9 +20,10 @@ from jinja2 import Environment
 from undertow.discrepancy.words import count, group_title, percent
 from undertow.equation.registry import row
 from undertow.errors import ConfigError, UndertowError
-from undertow.quantities import Estimate, or_nan
+from undertow.quantities import Estimate, or_nan, unit_in_rotation
 from undertow.report.verdict_file import read_verdicts
 from undertow.report.wording import STATUS_WORDS, effects_words, estimate_text, parameter_words
+from undertow.report.writing import as_read
 
 NOTEWORTHY = 2.0
 """Standard errors (of both runs, in quadrature) from which on a parameter counts as changed; contract 2 takes the same
@@ -49,6 +50,11 @@ tr.same{opacity:.65}h2{font-size:1.1em;margin:1.6em 0 .3em}</style></head><body>
 </table></div>{% endfor %}</body></html>"""
 
 
+def _per_mass(unit: str) -> tuple[str, str]:
+    """A unit over that of the mass, in translation and in rotation."""
+    return f"{unit} per kg", f"{unit} per {unit_in_rotation('kg')}"
+
+
 @dataclass(frozen=True)
 class Cell:
     """What one run says of one quantity: its ``text``, the number behind a parameter and the total ``mass`` beside it
@@ -64,7 +70,7 @@ class Cell:
         if self.number is None or self.number.unit == unit:
             return self.number
         mass = self.mass
-        if mass is None or not mass.value > 0.0 or unit != f"{self.number.unit} per {mass.unit}":
+        if mass is None or not mass.value > 0.0 or unit not in _per_mass(self.number.unit):
             return None
         moved = self.number.value * mass.total_stderr / mass.value
         error = math.hypot(self.number.total_stderr, moved) if math.isfinite(moved) else self.number.total_stderr
@@ -128,7 +134,7 @@ def comparison_html(folders: Sequence[Path]) -> str:
         )
         for group, rows in table.groupby("group", sort=False)
     ]
-    return Environment(autoescape=True).from_string(_PAGE).render(
+    return Environment(autoescape=True, finalize=as_read).from_string(_PAGE).render(
         columns=columns, groups=groups, summary=changes_in_words(table), limit=f"{NOTEWORTHY:g}"
     )  # fmt: skip
 

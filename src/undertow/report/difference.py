@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 
 from undertow.discrepancy.difference import FAR, Difference, Side
 from undertow.discrepancy.naming import in_words
-from undertow.discrepancy.words import either, least_sets, percent
+from undertow.discrepancy.words import either, least_sets, percent, spelled
 from undertow.quantities import Estimate
 from undertow.report.style import BLUE, INK, VERMILLION, in_theme, new_figure, page_style, svg_text
 from undertow.report.trial_figures import Response, response_of, time_axes
@@ -119,7 +119,7 @@ def difference_page(difference: Difference) -> str:
         figures=[(Markup(in_theme(svg)), caption) for svg, caption in _figures(d)],
         search=_search_words(d.recording.verdict.sentence),
         rejected=[
-            (r.name.replace("_", " "), _alone(rejected_words(r.name, r.because))) for r in d.recording.verdict.rejected
+            (spelled(r.name), _alone(rejected_words(r.name, r.because))) for r in d.recording.verdict.rejected
         ],
         scatter=", ".join(f"{symbol.replace('mu', 'μ')} {100.0 * share:.2g} %" for symbol, share in d.scatter.items()),
         notes=d.notes,

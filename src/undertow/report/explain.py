@@ -16,6 +16,7 @@ from undertow.errors import ConfigError, UndertowError
 from undertow.report.gates import asked_words, outcome_words
 from undertow.report.which_group import groups_meant
 from undertow.report.wording import plain_number, reason_words, rejected_words, values_in_words
+from undertow.report.writing import true_minus
 
 
 def explain_text(folder: Path, group: str = "") -> str:
@@ -78,7 +79,7 @@ def _explained(title: str, one: Mapping[str, Any]) -> str:
     if one["rejected"]:
         lines.append("  not the answer:")
         lines += [f"    {r['name']}: {rejected_words(r['name'], r['because'])}" for r in one["rejected"]]
-    return "\n".join(lines)
+    return true_minus("\n".join(lines))
 
 
 def _asked(gate: Mapping[str, Any]) -> str:

@@ -26,6 +26,10 @@ _UNIT = re.compile(r"\\,\\mathrm\{(?!sgn)(?:[^{}]|\{[^{}]*\})*\}")
 """A unit behind a number, as the equation's LaTeX writes it."""
 
 
+_TO_THE_ZERO = re.compile(r"\(\|z\|/[^()]*\)\^\{1-1\}")
+"""What a hysteresis does not have whose exponent is held at 1."""
+
+
 def force_factors(specimen: Specimen) -> Mapping[str, tuple[str, float]]:
     """Parameter of the contract -> the term it belongs to, and coefficient per parameter.
 
@@ -96,8 +100,9 @@ def _from_parameters(group: GroupFindings, fit: Fit) -> tuple[Equation, Errors]:
     return Equation(group.equation.terms, numbers, mass, group.equation.rest_m), errors
 
 
-def numeric_latex(equation: Equation, errors: Mapping[str, float]) -> str:
-    """The equation in one line of LaTeX with numbers, errors and units.
+def numeric_latex(equation: Equation, errors: Mapping[str, float], drive: str = "0", rotation: bool = False) -> str:
+    """The equation in one line of LaTeX with numbers, errors and units (of a ``rotation`` those of moments and
+    inertias); on its right what drives the body.
 
     Per unit mass (a mass of 1 without an error) it starts with the acceleration alone and bears no units: they would be
     those of forces.
@@ -105,7 +110,8 @@ def numeric_latex(equation: Equation, errors: Mapping[str, float]) -> str:
     >>> numeric_latex(Equation((registry.find("stiffness"),), (41.6,)), {"stiffness": 0.2})
     '\\\\ddot{x} + (41.60 \\\\pm 0.20)\\\\,x = 0'
     """
-    written = equation.to_latex(numbers=True, errors=errors)
+    written = equation.to_latex(numbers=True, errors=errors, rotation=rotation).replace(" = 0", f" = {drive}", 1)
+    written = _TO_THE_ZERO.sub("", written).replace("+ -", "- ")
     return _UNIT.sub("", written).removeprefix(r"1\,") if is_per_mass(equation, errors) else written
 
 
@@ -114,9 +120,12 @@ def is_per_mass(equation: Equation, errors: Mapping[str, float]) -> bool:
     return equation.mass_kg == 1.0 and not errors.get("mass", 0.0) > 0.0
 
 
-def numeric_lines(equation: Equation, errors: Mapping[str, float], terms: int = LATEX_LINE) -> list[str]:
+def numeric_lines(
+    equation: Equation, errors: Mapping[str, float], terms: int = LATEX_LINE, drive: str = "0",
+    rotation: bool = False,
+) -> list[str]:
     """The same broken into lines of at most so many terms, a hidden state's equation on lines of its own."""
-    motion, *memory = numeric_latex(equation, errors).split(r",\quad ")
+    motion, *memory = numeric_latex(equation, errors, drive, rotation).split(r",\quad ")
     parts = re.split(r" (?=[+-] )", motion)
     lines = [" ".join(parts[i : i + terms]) for i in range(0, len(parts), terms)]
     for state in memory:

@@ -81,6 +81,7 @@ def first_screen(findings: Findings, anchors: Sequence[str]) -> Block:
     more = len(said) - SENTENCES_AT_MOST
     shown = shown_trial(findings)
     return {
+        "tag": {},
         "sentences": said[:SENTENCES_AT_MOST],
         "more": f"{more} more in the table below" if more > 0 else "",
         "shown": {} if shown is None else trial_block(shown, anchors),
@@ -106,14 +107,14 @@ def _sentence(title: str, groups: Sequence[GroupFindings], series: str | None) -
     """What is said of a level's groups: those of which the same is said stand together."""
     alike: dict[str, list[GroupFindings]] = {}
     for group in groups:
-        alike.setdefault(_what(group.verdict), []).append(group)
+        alike.setdefault(verdict_clause(group.verdict), []).append(group)
     parts = [f"{what} ({'; '.join(_size(g, series) for g in same)})" for what, same in alike.items()]
     tones = {identity(group, "")["tone"] for group in groups}
     loudest = next(tone for tone in ("open", "found", "unsure", "good") if tone in tones)
     return {"title": title[0].upper() + title[1:], "text": f"{'; '.join(parts)}.", "tone": loudest}
 
 
-def _what(verdict: Verdict) -> str:
+def verdict_clause(verdict: Verdict) -> str:
     """A verdict in one clause, without numbers."""
     names = " and ".join(_words(name, verdict) for name in named_laws(verdict))
     if verdict.status == "nothing_missing":

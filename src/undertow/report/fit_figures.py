@@ -8,7 +8,7 @@ belong here: where a mismatch is (mismatch_figures.py), parameters by method (fi
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -21,12 +21,17 @@ from undertow.comparison.tail import Histogram
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.repaired import named_laws
 from undertow.discrepancy.verdict import Described, Rejected, Verdict
+from undertow.discrepancy.words import spelled
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
 from undertow.report.arrange import by_amplitude, is_usable
 from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, PALE, SKY, plain_log_ticks
 from undertow.report.trial_figures import response, short_number, thinned
 from undertow.report.wording import effects_words, estimate_text, p_words, parameter_words
+from undertow.report.writing import true_minus
+
+FRICTION = ("mu", "friction_N")
+"""Under which names a trial's friction stands among its numbers: a coefficient, or a force (of a rotation a moment)."""
 
 PAIRS_AT_MOST = 7
 """Parameters of a pair plot: more have no room for their names."""
@@ -82,14 +87,13 @@ def draw_suspects(said: str, others: Sequence[Rejected], figure: Figure) -> Figu
     axes.plot([0.0], [0], "D", color=GREEN, ms=6.0, clip_on=False)
     for at, value in enumerate(odds, 1):
         side, align = (3, "left") if value >= 0.0 else (-3, "right")
-        words = f"{value:.0f}" if abs(value) >= 10.0 else short_number(value, 2)
-        words = words.replace("-", "\u2212")
+        words = true_minus(f"{value:.0f}" if abs(value) >= 10.0 else short_number(value, 2))
         axes.annotate(words, (value, at), (side, 0), textcoords="offset points", va="center", ha=align, fontsize=7.5)
     axes.axvline(0.0, color=GREY, lw=0.6)
-    axes.set_yticks(range(len(rows) + 1), [said, *(r.name.replace("_", " ") for r in rows)])
+    axes.set_yticks(range(len(rows) + 1), [said, *(spelled(r.name) for r in rows)])
     if max(map(abs, odds), default=0.0) > FAR_APART:
         axes.set_xscale("symlog", linthresh=1.0)
-        axes.xaxis.set_major_formatter(lambda value, _: f"{value:.0f}".replace("-", "\u2212"))
+        axes.xaxis.set_major_formatter(lambda value, _: true_minus(f"{value:.0f}"))
     axes.margins(x=0.1)
     axes.invert_yaxis()
     axes.grid(axis="y", visible=False)
@@ -142,7 +146,7 @@ def draw_pairs(repaired: Described, axes: Axes) -> Axes:
             axes.add_collection(LineCollection(rings, colors=[BLUE, SKY], linewidths=1.0))
             colour, side = NOT_EXPLAINED if abs(r) > TIGHT else INK, 1.0 if r < 0.0 else -1.0
             axes.text(
-                column + 0.46 * side, -row + 0.46, f"{round(r, 2) + 0.0:+.2f}".replace("-", "\u2212"), fontsize=7.5,
+                column + 0.46 * side, -row + 0.46, true_minus(f"{round(r, 2) + 0.0:+.2f}"), fontsize=7.5,
                 va="top", ha="right" if side > 0.0 else "left", color=colour,
             )  # fmt: skip
     marks = [Line2D([], [], color=BLUE, label="one standard error"), Line2D([], [], color=SKY, label="two")]
@@ -221,16 +225,22 @@ def friction_panels(group: GroupFindings) -> list[str]:
 
 
 def _singles(group: GroupFindings) -> list[tuple[TrialFindings, dict[str, Estimate]]]:
-    """Trials with a friction coefficient of their own, and all their numbers, from the first method that has them."""
+    """Trials with a friction of their own, and all their numbers, from the first method that has them."""
     out: list[tuple[TrialFindings, dict[str, Estimate]]] = []
     for trial in by_amplitude(group.trials):
         for method in ("output_error", "sindy", "decay"):
             numbers = trial.fits[method].parameters if method in trial.fits else {}
-            if "mu" in numbers and is_usable(numbers["mu"]):
+            name = next((one for one in FRICTION if one in numbers), "")
+            if name and is_usable(numbers[name]):
                 out.append((trial, dict(numbers)))
                 break
-    alike = len({numbers["mu"].value for _, numbers in out}) < len(out)  # held at the dry trials' mean
+    alike = len({_friction_of(numbers).value for _, numbers in out}) < len(out)  # held at the dry trials' mean
     return [] if alike else out
+
+
+def _friction_of(numbers: Mapping[str, Estimate]) -> Estimate:
+    """A trial's friction: as a coefficient or, where it has none, as a force."""
+    return next(numbers[name] for name in FRICTION if name in numbers)
 
 
 def _resting(trial: TrialFindings) -> float:
@@ -260,10 +270,13 @@ def draw_friction(group: GroupFindings, panels: Sequence[str], figure: Figure) -
                 continue
             place = numbers[other].value if other else hold_of(trial)
             error = numbers[other].total_stderr if other else 0.0
-            mu = numbers["mu"]
+            mu = _friction_of(numbers)
             axes.errorbar([place], [mu.value], [mu.total_stderr], [error], fmt="o", ms=4.0, color=INK, elinewidth=0.8)
-        axes.set_ylabel("friction coefficient of that trial (-)")
-        axes.set_xlabel({"hold": "hold before the release (s)", "damping": "viscous damping of that trial (N s/m)",
+        named = "coefficient" if singles and "mu" in singles[0][1] else "force"
+        unit_of = group.specimen.unit
+        axes.set_ylabel(f"friction {named} of that trial ({'-' if named == 'coefficient' else unit_of('N')})")
+        axes.set_xlabel({"hold": "hold before the release (s)",
+                         "damping": f"viscous damping of that trial ({unit_of('N s/m')})",
                          "drag": "drag coefficient of that trial (-)"}[kind])  # fmt: skip
     return figure
 

@@ -20,8 +20,9 @@ from undertow.discrepancy.cycle_by_cycle import cycling
 from undertow.discrepancy.energy import EnergyBudget, energy_budget
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.repaired import named_laws, refitted_equation
+from undertow.discrepancy.words import spelled
 from undertow.equation.equation import Equation
-from undertow.errors import UndertowError
+from undertow.errors import IdentificationError, UndertowError
 from undertow.report import figures, fit_figures, mismatch_figures, small_multiples, trial_figures
 from undertow.report.behind import is_repaired, repaired_of
 from undertow.report.expressions import LATEX_LINE, numeric_lines
@@ -37,17 +38,19 @@ SLIM_TERMS = 2
 
 def group_figures(findings: Findings, group: GroupFindings, parameters: Sequence[str]) -> dict[str, str]:
     """A group's figures by what they show; only those that say something of it."""
+    turns = group.specimen.rotation
     shown = min(len(group.trials), small_multiples.PANELS_AT_MOST)
     runs = new_figure(WIDTH_IN, small_multiples.ROW_IN * small_multiples.panel_grid(shown)[1] + 0.3)
     found = [p for p in parameters if figures.compared_methods([group], p)]
     drawn = {
-        "equation": equation_svg(group.equation, group.equation_errors),
-        "equation-slim": equation_svg(group.equation, group.equation_errors, slim=True),
+        "equation": equation_svg(group.equation, group.equation_errors, rotation=turns),
+        "equation-slim": equation_svg(group.equation, group.equation_errors, slim=True, rotation=turns),
         "runs": svg_text(small_multiples.draw_free_runs(group, runs)),
         "summary": _summary(findings, group, found if len(group.trials) > 1 else []),
     }
     if written := repaired_of(group):
-        drawn |= {"repaired": equation_svg(*written), "repaired_slim": equation_svg(*written, slim=True)}
+        broad, slim = (equation_svg(*written, slim=one, rotation=turns) for one in (False, True))
+        drawn |= {"repaired": broad, "repaired_slim": slim}
     if found:
         agreement = new_figure(WIDTH_IN, 2.0)
         for parameter, place in zip(found, row_of(agreement, len(found)), strict=True):
@@ -64,8 +67,11 @@ def one_trial(findings: Findings, group: GroupFindings) -> TrialFindings | None:
 
 def budget_of(group: GroupFindings, trial: TrialFindings) -> EnergyBudget | None:
     """Energy of one trial under the equation that is believed: the repaired one where something is named."""
-    named = is_repaired(group.verdict)
-    believed = refitted_equation(group.equation, group.verdict, group.specimen) if named else group.equation
+    try:
+        named = is_repaired(group.verdict)
+        believed = refitted_equation(group.equation, group.verdict, group.specimen) if named else group.equation
+    except IdentificationError:  # a law without a number of its own
+        believed = group.equation
     return energy_budget(trial.motion, believed)
 
 
@@ -78,7 +84,7 @@ def marked_lines(group: GroupFindings, trial: TrialFindings) -> dict[str, float]
     numbers = {} if group.verdict.augmented is None else group.verdict.augmented.parameters
     for name, estimate in numbers.items():
         if name.endswith("frequency_rad_per_s"):
-            words = name.split(".")[0].replace("_", " ").replace("#", " ") + "'s waves" * (".kernel_" in name)
+            words = spelled(name.split(".")[0]).replace("#", " ") + "'s waves" * (".kernel_" in name)
             lines[words] = estimate.value / (2.0 * math.pi)
     if not numbers and math.isfinite(trial.mismatch.line_frequency_hz):
         lines["strongest line of the residual"] = trial.mismatch.line_frequency_hz
@@ -144,9 +150,12 @@ def _summary(findings: Findings, group: GroupFindings, parameters: Sequence[str]
     return svg_text(summary)
 
 
-def equation_svg(equation: Equation, errors: Mapping[str, float], slim: bool = False) -> str:
-    """The equation with its numbers, typeset, as SVG; ``slim`` for a phone."""
-    lines = numeric_lines(equation, errors, SLIM_TERMS if slim else LATEX_LINE)
+def equation_svg(
+    equation: Equation, errors: Mapping[str, float], slim: bool = False, drive: str = "0", rotation: bool = False
+) -> str:
+    """The equation with its numbers, typeset, as SVG; ``slim`` for a phone, ``drive`` what stands on its right,
+    ``rotation`` where an angle moves."""
+    lines = numeric_lines(equation, errors, SLIM_TERMS if slim else LATEX_LINE, drive, rotation)
     figure = new_figure(WIDTH_IN, 0.34 * len(lines) + 0.1)
     written = [
         figure.text(0.0, 1.0 - (i + 0.55) / len(lines), f"${line}$", fontsize=11 if slim else 12, va="center")

@@ -18,7 +18,7 @@ from markupsafe import Markup, escape
 from undertow.discrepancy.findings import Findings, GroupFindings
 from undertow.report import blocks, figures, first_screen, trial_figures
 from undertow.report.arrange import spanning_conditions
-from undertow.report.captions import captions
+from undertow.report.captions import captions, scattering_words
 from undertow.report.drawing import without_collection
 from undertow.report.explorer import explorer_block
 from undertow.report.extent import Extent, extent_of
@@ -134,6 +134,7 @@ def page(
         methods=blocks.method_notes(findings),
         config_text=escape(manifest.get("config_text", "")),
         counts=blocks.counts(findings, whole),
+        scattering=scattering_words(findings),
         shown=blocks.shown_of(findings, whole),
         explorer=explorer_block(findings, names),
     )

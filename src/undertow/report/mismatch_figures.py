@@ -23,11 +23,14 @@ from undertow.discrepancy.cycle_by_cycle import Cycling
 from undertow.discrepancy.energy import EnergyBudget
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.residual import ResidualForce, residual_force
+from undertow.discrepancy.words import spelled
 from undertow.equation.registry import row
 from undertow.errors import UndertowError
 from undertow.recording.recording import Array
 from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, ORANGE, PRESCRIBED, PURPLE, SKY
 from undertow.report.trial_figures import WITH_FOUND, leaves, response, with_words
+from undertow.report.wording import printed_unit
+from undertow.report.writing import true_minus
 
 CYCLES_AT_MOST = 12
 """Cycles of an energy budget that are drawn."""
@@ -86,7 +89,7 @@ def draw_energy(budget: EnergyBudget, found: Sequence[str], figure: Figure) -> F
     left.grid(axis="x", visible=False)
     for at, (_, value, colour) in enumerate(rows):
         right.barh(at, value, color=colour, height=0.65)
-        said = f"{round(value)} %".replace("-", "\N{MINUS SIGN}")
+        said = true_minus(f"{round(value)} %")
         right.annotate(said, (max(value, 0.0), at), (3, 0), textcoords="offset points", va="center")
     right.set_yticks(range(len(rows)), [words for words, *_ in rows])
     right.invert_yaxis()
@@ -102,11 +105,11 @@ def _parts(budget: EnergyBudget, found: Sequence[str]) -> list[tuple[str, Array,
     spare = iter((PURPLE, "#8C6D31", "#7B4FA3", "#56606B"))
     parts: list[tuple[str, Array, str, str]] = []
     for name, values in budget.taken.items():
-        words, colour = _SOURCES.get(name, (name.replace("_", " "), ""))
+        words, colour = _SOURCES.get(name, (spelled(name), ""))
         if name in found:
-            words, colour = f"found: {name.replace('_', ' ')}", GREEN if GREEN not in {p[3] for p in parts} else ""
+            words, colour = f"found: {spelled(name)}", GREEN if GREEN not in {p[3] for p in parts} else ""
         parts.append((name, values, words, colour or next(spare, GREY)))
-    apart = [name.replace("_", " ") for name in found if (law := row(name)) is not None and law.own_clock]
+    apart = [spelled(name) for name in found if (law := row(name)) is not None and law.own_clock]
     left = ", ".join([*apart, "and what is not explained"]) if apart else "not explained"
     return [*parts, ("unexplained", budget.unexplained, left, GREY if apart else NOT_EXPLAINED)]
 
@@ -185,10 +188,9 @@ def draw_residual_force(group: GroupFindings, axes: Axes) -> Axes:
         axes.add_patch(Rectangle(corner, width, height, facecolor=tuple(colours[i, j]), lw=0))
     axes.set_xlim(wide[0][0] * factor, wide[0][-1] * factor)
     axes.set_ylim(wide[1][0] * factor, wide[1][-1] * factor)
-    newton = "N" if coordinate == "translation" else "N m"
-    per = " per kg" if group.equation.mass_kg == 1.0 else ""
-    _bar(scale, axes, f"{'force' if coordinate == 'translation' else 'moment'} ({newton}{per})")
-    axes.set_title(f"residual force, mean in every cell: up to ±{_plain(largest)} {newton}{per}")
+    unit = printed_unit(group.specimen.unit("N per kg" if group.equation.mass_kg == 1.0 else "N"))
+    _bar(scale, axes, f"{'force' if coordinate == 'translation' else 'moment'} ({unit})")
+    axes.set_title(f"residual force, mean in every cell: up to ±{_plain(largest)} {unit}")
     return axes
 
 

@@ -16,6 +16,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
 from undertow.report.drawing import drawn
+from undertow.report.writing import true_minus
 
 BLUE, ORANGE, GREEN, VERMILLION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 PURPLE, SKY, INK, GREY, PALE = "#CC79A7", "#56B4E9", "#222222", "#777777", "#d9d9d9"
@@ -122,13 +123,17 @@ def new_figure(width_in: float, height_in: float) -> Figure:
         return Figure(figsize=(width_in, height_in), layout="constrained")
 
 
+_WRITTEN = re.compile(r"(?<=>)[^<>]+(?=</(?:text|tspan)>)")
+"""What is written in a figure, as letters."""
+
+
 def svg_text(figure: Figure, outlines: bool = False) -> str:
     """The figure as SVG, equal bytes for equal figures (no date, fixed identifiers).
 
     Letters are text in the reader's font; with ``outlines`` they are drawn, as typeset equations need.
     """
     with rc_context(SETTINGS | {"svg.fonttype": "path" if outlines else "none"}):
-        return _compact(drawn(figure))
+        return _WRITTEN.sub(lambda found: true_minus(found.group()), _compact(drawn(figure)))
 
 
 _THEMED: Mapping[str, str] = {

@@ -87,7 +87,8 @@ def level_rows(group: GroupFindings) -> Iterator[Row]:
     for method, parameters, nrmse, outcome in numbers:
         grown = "; ".join(name for name, e in parameters.items() if e.source.endswith(DIFFER))
         equation, stderr = method_equation(group, method)
-        written = {DIFFERS: grown, "equation": equation.text(stderr), "equation_latex": numeric_latex(equation, stderr)}
+        latex = numeric_latex(equation, stderr, rotation=group.specimen.rotation)
+        written = {DIFFERS: grown, "equation": equation.text(stderr), "equation_latex": latex}
         columns = _columns(parameters)
         yield {**head, "method": method, **columns, **_scores(nrmse, verdict), "outcome": outcome, **written}
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -56,6 +57,40 @@ class Response:
     factor: float
 
 
+class Moved(Protocol):
+    """A motion as it was measured and as a free run has it, (n,) in SI."""
+
+    @property
+    def measured(self) -> Array:
+        """The recording."""
+
+    @property
+    def simulated(self) -> Array:
+        """The free run of the equation as prescribed."""
+
+
+@dataclass(frozen=True)
+class Runs:
+    """A motion (n,) beside the free runs of the equation as prescribed (``simulated``) and ``repaired`` (None: not
+    drawn), in SI; how they are ``shown``, how far repetitions would lie from it (RMS; nan: nobody knows), from when the
+    time is counted, and what the free runs are ``called``."""
+
+    t: Array
+    measured: Array
+    simulated: Array
+    repaired: Array | None
+    shown: Response
+    allowed: float = math.nan
+    clock: str = "time after release (s)"
+    called: tuple[str, str] = ("equation as prescribed", "equation repaired")
+
+
+def runs_of(trial: TrialFindings) -> Runs:
+    """What is drawn of a trial in time."""
+    repaired = trial.measured - trial.augmented.residual if trial.augmented else None
+    return Runs(trial.t, trial.measured, trial.simulated, repaired, response(trial), allowance(trial))
+
+
 def response(trial: TrialFindings) -> Response:
     """What a trial's free run is compared with."""
     return response_of(trial.motion.recording)
@@ -94,27 +129,27 @@ def allowance(trial: TrialFindings) -> float:
     return trial.mismatch.repeatability_nrmse * float(np.sqrt(np.mean(trial.measured**2)))
 
 
-def time_axes(axes: Axes, label: str) -> None:
-    """Labels of an axes over the time after the release, which its curves fill."""
-    axes.set(xlabel="time after release (s)", ylabel=label)
+def time_axes(axes: Axes, label: str, clock: str = "time after release (s)") -> None:
+    """Labels of an axes over the time, which its curves fill."""
+    axes.set(xlabel=clock, ylabel=label)
     axes.margins(x=0.0)
 
 
-def leaves(trial: TrialFindings) -> bool:
+def leaves(trial: Moved) -> bool:
     """Whether a trial's free run leaves the recording, and with it every axis that shows the motion."""
     return bool(np.max(np.abs(trial.simulated)) > RUNAWAY * (np.max(np.abs(trial.measured)) or np.inf))
 
 
-def reach(trial: TrialFindings) -> float:
+def reach(trial: Moved) -> float:
     """The largest excursion that is drawn of a trial, in SI: measured or of the free run, as far as `RUNAWAY`."""
     measured, run = float(np.max(np.abs(trial.measured))), float(np.max(np.abs(trial.simulated)))
     return max(measured, min(run, RUNAWAY * measured) if measured else run) or 1.0
 
 
-def _say_that_it_leaves(trial: TrialFindings, axes: Axes) -> None:
+def _say_that_it_leaves(runs: Runs, axes: Axes) -> None:
     """The axis ends at `reach`, and says so, where the free run leaves the recording."""
-    if leaves(trial):
-        size = 1.1 * reach(trial) * response(trial).factor
+    if leaves(runs):
+        size = 1.1 * reach(runs) * runs.shown.factor
         axes.set_ylim(-size, size)
         words = f"free run beyond {RUNAWAY:g} times the measured motion: not drawn"
         behind = {"facecolor": "#ffffff", "linewidth": 0.0, "pad": 2.0}
@@ -156,55 +191,76 @@ def trial_heading(trial: TrialFindings, found: str = WITH_FOUND) -> str:
 def draw_free_run(trial: TrialFindings, axes: Axes, found: str = WITH_FOUND) -> Axes:
     """Measured motion of one trial and the free run of its group's equation from the release, against time; dashed the
     free run ``found``."""
-    shown = response(trial)
-    axes.plot(*thinned(trial.t, trial.measured * shown.factor), color=INK, lw=1.1, label="measured")
-    axes.plot(*thinned(trial.t, trial.simulated * shown.factor), color=PRESCRIBED, lw=0.7, label="free run")
-    if trial.augmented:
-        after = (trial.measured - trial.augmented.residual) * shown.factor
-        axes.plot(*thinned(trial.t, after), color=GREEN, lw=0.8, ls="--", label=found)
-    time_axes(axes, f"{shown.words}\n({shown.unit})")
+    draw_runs(runs_of(trial), axes, found)
     axes.set_title(trial_heading(trial, found), color=NOT_EXPLAINED if trial.mismatch.missing else INK)
-    _say_that_it_leaves(trial, axes)
+    return axes
+
+
+def draw_runs(runs: Runs, axes: Axes, found: str = WITH_FOUND) -> Axes:
+    """A motion beside its free runs, against time; dashed the free run ``found``."""
+    factor = runs.shown.factor
+    axes.plot(*thinned(runs.t, runs.measured * factor), color=INK, lw=1.1, label="measured")
+    axes.plot(*thinned(runs.t, runs.simulated * factor), color=PRESCRIBED, lw=0.7, label="free run")
+    if runs.repaired is not None:
+        axes.plot(*thinned(runs.t, runs.repaired * factor), color=GREEN, lw=0.8, ls="--", label=found)
+    time_axes(axes, f"{runs.shown.words}\n({runs.shown.unit})", runs.clock)
+    _say_that_it_leaves(runs, axes)
     return axes
 
 
 def draw_residual(trial: TrialFindings, axes: Axes) -> Axes:
     """Measured minus free run against time, green with what the verdict names; grey: plus and minus what repeatability
     allows, as an RMS."""
-    shown = response(trial)
-    band = allowance(trial) * shown.factor
+    return draw_left(runs_of(trial), axes)
+
+
+def draw_left(runs: Runs, axes: Axes) -> Axes:
+    """What free runs leave of a motion, against time, in the colours of the runs; grey: plus and minus what is
+    allowed."""
+    factor = runs.shown.factor
+    band = runs.allowed * factor
     if math.isfinite(band):
         axes.axhspan(-band, band, color=PALE, lw=0)
-    residual = (trial.measured - trial.simulated) * shown.factor
-    axes.plot(*thinned(trial.t, residual), color=PRESCRIBED, lw=0.7)
-    if trial.augmented:
-        axes.plot(*thinned(trial.t, trial.augmented.residual * shown.factor), color=GREEN, lw=0.8)
+    residual = (runs.measured - runs.simulated) * factor
+    axes.plot(*thinned(runs.t, residual), color=PRESCRIBED, lw=0.7)
+    if runs.repaired is not None:
+        axes.plot(*thinned(runs.t, (runs.measured - runs.repaired) * factor), color=GREEN, lw=0.8)
     size = 1.1 * max(float(np.max(np.abs(residual))), band if math.isfinite(band) else 0.0, 1e-9)
-    size = 1.1 * reach(trial) * shown.factor if leaves(trial) else size
+    size = 1.1 * reach(runs) * factor if leaves(runs) else size
     axes.set_ylim(-size, size)
-    time_axes(axes, f"residual\n({shown.unit})")
+    time_axes(axes, f"residual\n({runs.shown.unit})", runs.clock)
     return axes
 
 
 def draw_first(trial: TrialFindings, figure: Figure, repaired: bool) -> Figure:
-    """One trial for the page's first screen, its first SWINGS_SHOWN swings: measured, the equation as prescribed and
-    (``repaired``) the equation repaired; below, what either leaves, grey what repeatability allows."""
-    shown = response(trial)
+    """One trial for the page's first screen; ``repaired``: with the equation repaired."""
+    return draw_beside(runs_of(trial if repaired else replace(trial, augmented=None)), figure)
+
+
+def draw_beside(runs: Runs, figure: Figure) -> Figure:
+    """A motion for the page's first screen, its first SWINGS_SHOWN swings: measured, the equation as prescribed and the
+    equation repaired; below, what either leaves, grey what repeatability allows."""
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2.6, 1.0))
-    bare = trial if repaired else replace(trial, augmented=None)
-    draw_free_run(bare, upper)
-    draw_residual(bare, lower)
-    for line, label in zip(upper.lines, ("measured", "equation as prescribed", "equation repaired"), strict=False):
-        line.set(label=label, linewidth=1.4)
-    upper.set_title("")
+    draw_runs(runs, upper)
+    draw_left(runs, lower)
+    for line in upper.lines:
+        line.set_linewidth(1.4)
     upper.set_xlabel("")
-    upper.set_ylim(-1.1 * reach(trial) * shown.factor, 1.1 * reach(trial) * shown.factor)
-    _cut(upper, _swings_end(trial))
-    _cut(lower, _swings_end(trial))
+    upper.set_ylim(-1.1 * reach(runs) * runs.shown.factor, 1.1 * reach(runs) * runs.shown.factor)
+    end = _swings_end(runs)
+    _cut(upper, end)
+    _cut(lower, end)
     lower.locator_params(axis="y", nbins=3)
-    figure.legend(handles=list(upper.lines), loc="outside upper left", ncols=3)
-    figure.align_ylabels()
+    curves_legend(runs, upper, figure)
     return figure
+
+
+def curves_legend(runs: Runs, axes: Axes, figure: Figure) -> None:
+    """What the curves of `draw_runs` are, in a row above the figure; labels of its vertical axes in one line."""
+    for line, label in zip(axes.lines, ("measured", *runs.called), strict=False):
+        line.set_label(label)
+    figure.legend(handles=list(axes.lines), loc="outside upper left", ncols=3)
+    figure.align_ylabels()
 
 
 def _cut(axes: Axes, end: float) -> None:
@@ -215,8 +271,8 @@ def _cut(axes: Axes, end: float) -> None:
     axes.set_xlim(float(np.min(axes.lines[0].get_xdata())), end)
 
 
-def _swings_end(trial: TrialFindings) -> float:
-    """When a trial's first SWINGS_SHOWN swings are over, or its motion ends."""
+def _swings_end(trial: Runs) -> float:
+    """When a motion's first SWINGS_SHOWN swings are over, or it ends."""
     peaks, _ = half_cycle_peaks(trial.t, trial.measured, 0.02 * float(np.max(np.abs(trial.measured))))
     return float(peaks[2 * SWINGS_SHOWN] if peaks.size > 2 * SWINGS_SHOWN else trial.t[-1])
 

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from undertow.comparison.limits import LEAST_P
-from undertow.discrepancy.calibration import LEANS, NEARLY
+from undertow.discrepancy.words import spelled, with_names
 from undertow.quantities import OK, Estimate, format_estimate, unit_in_rotation
 
 METHOD_LABELS: Mapping[str, str] = {
@@ -73,22 +73,12 @@ _NAMES: Mapping[str, Name] = {
 }
 _ORDER = tuple(_NAMES)
 
-_KINDS: Mapping[str, str] = {
-    "to the noise": "only noise is left",
-    "nearly to the noise": "a little more than noise is left",
-    "seen sharply": "little could hide",
-    "leans to standing out": f"p below {LEANS:g}",
-    "nearly stands out": f"p below {NEARLY:g}",
-    "beyond every replica": "further out than every replica",
-}
-"""Kinds of verdicts whose counts make a percentage, as a reader of one page understands them."""
-
 _PER = r"_per_(?:rad|m|s|kg)\d?(?:_s\d)?"
 _UNIT_AT_END = re.compile(rf"(?<=[a-z\d])_(?:rad|Hz|kg|N|Ns|Ns2|Ns3|m|s)\d?(?:{_PER})?$|{_PER}$|_N_sp_per_mp$")
 """A unit at the end of a parameter's name: it stands beside the number instead."""
 
-_UNIT_ALONE = re.compile(r"(?:Ns?\d?)?")
-"""What is left of the name of a law's only parameter, as N_per_m3."""
+_UNIT_ALONE, _OF_A_LAW = re.compile(r"(?:Ns?\d?)?"), ("friction force", "viscous damping")
+"""What is left of the name of a law's only parameter, as N_per_m3; or what it is called in another law."""
 
 
 def parameter_name(parameter: str) -> Name:
@@ -105,16 +95,7 @@ def parameter_name(parameter: str) -> Name:
     if separator:
         known = parameter_name(base)
         return Name(f"{known.words} per mass", f"{known.symbol}/M" if known.symbol else "")
-    return Name(_UNIT_AT_END.sub("", parameter).replace("_", " ").replace(".", ": ").replace("kernel ", "waves' "))
-
-
-def kind_words(kind: str) -> str:
-    """A kind of verdict (docs/calibration.md) in words that need no other page.
-
-    >>> kind_words("nothing_missing, seen sharply, leans to standing out"), kind_words("unknown, not named")
-    ('nothing missing, little could hide, p below 0.3', 'unknown, not named')
-    """
-    return ", ".join(_KINDS.get(part, part.replace("_", " ")) for part in kind.split(", "))
+    return Name(spelled(_UNIT_AT_END.sub("", parameter)).replace(".", ": ").replace("kernel ", "waves' "))
 
 
 def ordered_parameters(names: Iterable[str]) -> list[str]:
@@ -132,14 +113,14 @@ def parameter_words(name: str) -> str:
 
     >>> parameter_words("hidden_resonator#2.natural_frequency_rad_per_s"), parameter_words("added_mass_kg")
     ('hidden resonator 2: natural frequency', 'added mass')
-    >>> parameter_words("cubic_stiffness.N_per_m3"), parameter_words("constant_force.force_N")
-    ('cubic stiffness', 'constant force')
+    >>> parameter_words("constant_force.force_N"), parameter_words("asymmetric_damping.c_Ns_per_m")
+    ('constant force', 'asymmetric damping')
     """
     effect, dot, parameter = name.partition(".")
     if not dot:
         return parameter_name(name).words
-    law, words = effect.replace("_", " ").replace("#", " "), parameter_name(parameter).words
-    return law if words == law or parameter == "force_N" or _UNIT_ALONE.fullmatch(words) else f"{law}: {words}"
+    law, words = spelled(effect).replace("#", " "), parameter_name(parameter).words
+    return f"{law}: {words}" if words not in (law, *_OF_A_LAW) and not _UNIT_ALONE.fullmatch(words) else law
 
 
 def effects_words(names: Iterable[str]) -> str:
@@ -148,7 +129,7 @@ def effects_words(names: Iterable[str]) -> str:
     >>> effects_words(["hidden_resonator", "linear_damping", "hidden_resonator"])
     '2 hidden resonators + linear damping'
     """
-    counted = Counter(name.replace("_", " ") for name in names)
+    counted = Counter(spelled(name) for name in names)
     return " + ".join(name if number == 1 else f"{number} {name}s" for name, number in counted.items())
 
 
@@ -225,12 +206,12 @@ _IDENTIFIER = re.compile(r"\b[a-z]+(?:_[A-Za-z0-9]+)+\b")
 _BARE = re.compile(r"\bNs?\d?_per_\w+\b")
 _OF_ALL, _OF_SPRING = re.compile(r"@all\b"), re.compile(r"@([^\s,;=]+)")
 _NO_UNIT = re.compile(r"(?<== )(\S+(?: \+- \S+)?) 1(?= )")
-_SIZE_OF = re.compile(r"\b([a-z]+(?:_[A-Za-z0-9]+)+) of ([\d.e+-]+)(?= )")
+_SIZE_OF = re.compile(r"\b([a-z]+(?:_[A-Za-z0-9]+)+) of ([\d.e+-]+)(?= (?!rad\b))")
 _EXPONENT = re.compile(r"(?<![\w.-])(-?\d+(?:\.\d+)?)e([+-]?\d+)\b")
 _POWER = re.compile(r"\^(-?\d+)")
 
-PLAIN_BELOW = 5
-"""Powers of ten below which a number stands without one."""
+PLAIN_BELOW, PLAIN_ABOVE = 5, 8
+"""Powers of ten below which a number stands without one; an estimate with its error to that above."""
 
 
 def reason_words(text: str) -> str:
@@ -246,6 +227,8 @@ def reason_words(text: str) -> str:
     ('viscous damping = -0.9 ± 0.2 N s/m', 'drag exponent: exponent = 1.5 ± 16 could')
     >>> reason_words("drift_m of 3.8e-06 is no more than"), reason_words("drag_exponent.exponent = 4 1 sits")
     ('drift of 3.8 × 10⁻⁶ m is no more than', 'drag exponent: exponent = 4 sits')
+    >>> reason_words("drift_m of 3.8e-06 rad is no more than")
+    'drift of 3.8 × 10⁻⁶ rad is no more than'
     >>> reason_words("a mass of 1e+04 kg"), reason_words("an error of (7.3e-05)")
     ('a mass of 10000 kg', 'an error of (0.000073)')
     >>> reason_words("from trial pull_03 on, beside run-2e3"), reason_words("trials a_1, b_2 of sensor_drift")
@@ -269,7 +252,7 @@ def _reason_words(text: str) -> str:
     text = _BARE.sub("its coefficient", text)
     text = _IDENTIFIER.sub(lambda found: parameter_name(found.group()).words, in_plain_words(text))
     text = _EXPONENT.sub(lambda found: plain_number(float(found.group()), len(re.sub(r"\D", "", found[1]))), text)
-    return _POWER.sub(lambda found: found.group(1).translate(_SUPERSCRIPTS), text)
+    return with_names(_POWER.sub(lambda found: found.group(1).translate(_SUPERSCRIPTS), text))
 
 
 def rejected_words(name: str, because: str) -> str:
@@ -278,7 +261,7 @@ def rejected_words(name: str, because: str) -> str:
     >>> rejected_words("relaxation", "relaxation.time_s = 1.008 s sits on its bound")
     'time = 1.008 s sits on its bound'
     """
-    return reason_words(because).removeprefix(f"{name.replace('_', ' ')}: ")
+    return reason_words(because).removeprefix(f"{spelled(name)}: ")
 
 
 def sentence_words(sentence: str, title: str) -> str:
@@ -342,9 +325,17 @@ def estimate_text(estimate: Estimate, with_unit: bool = True) -> str:
     '1271 ± 15 kg'
     >>> estimate_text(Estimate(8.1, unit="1"))
     '8.1, no error bar'
+    >>> estimate_text(Estimate(2.4513e10, 3e7, unit="kg m^2")), estimate_text(Estimate(5.3754e-6, 6e-10, unit="kg"))
+    ('(2.451 ± 0.003) × 10¹⁰ kg m²', '(5.3754 ± 0.0006) × 10⁻⁶ kg')
+    >>> estimate_text(Estimate(-2.5e9, unit="N/m"))
+    '-2.5 × 10⁹ N/m, no error bar'
     """
     unit = printed_unit(estimate.unit) if with_unit else ""
     total = estimate.total_stderr
+    if power := _power_apart(estimate.value, total):
+        text, comma, said = estimate_text(estimate.scaled(10.0**-power, "1")).partition(",")
+        number = f"{f'({text})' if '±' in text else text} × 10{str(power).translate(_SUPERSCRIPTS)} {unit}".rstrip()
+        return number + comma + said
     if not math.isfinite(estimate.value):
         return "not found"
     if not math.isfinite(total):
@@ -352,6 +343,13 @@ def estimate_text(estimate: Estimate, with_unit: bool = True) -> str:
     if total == 0.0:
         return format_estimate(replace(estimate, stderr=math.nan, systematic=0.0, unit=unit))
     return format_estimate(replace(estimate, stderr=total, systematic=0.0, unit=unit))
+
+
+def _power_apart(value: float, error: float) -> int:
+    """The power of ten that is written apart: 0 where all digits of a number with this error are read at a glance."""
+    size = max(abs(value), error if math.isfinite(error) else 0.0)
+    power = math.floor(math.log10(size)) if math.isfinite(size) and size > 0.0 else 0
+    return power if power < -PLAIN_BELOW or power >= PLAIN_ABOVE else 0
 
 
 def confidence_words(confidence: float) -> str:

@@ -11,8 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from undertow.errors import IdentificationError
-
 Array = NDArray[np.float64]
 
 SAID_CORRELATION = 0.9
@@ -48,18 +46,12 @@ def collinearity(names: Sequence[str], covariance: Array, sizes: Array) -> Colli
     """Read from the coefficients' ``covariance`` (p, p) which of ``names`` (p,) the data hardly distinguish.
 
     ``sizes`` (p,) turn a coefficient into its share of the motion (the force's standard deviation per unit coefficient,
-    m/s^2 kg per unit), so that a combination is not a matter of units. Raises IdentificationError where shapes differ.
+    m/s^2 kg per unit), so that a combination is not a matter of units.
 
     >>> result = collinearity(("c", "q"), np.array([[1.0, -0.99], [-0.99, 1.0]]), np.ones(2))
     >>> result.sentences[0].partition(": ")[0]
     'c and q are hardly distinguishable (correlation -0.990)'
     """
-    count = len(names)
-    if covariance.shape != (count, count) or np.shape(sizes) != (count,):
-        raise IdentificationError(
-            f"{count} names, a covariance of shape {covariance.shape} and sizes of shape {np.shape(sizes)}; give one "
-            "row, column and size a name"
-        )
     errors = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(errors, errors)
     inflation = np.diag(np.linalg.pinv(correlation, hermitian=True))

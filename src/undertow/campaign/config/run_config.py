@@ -138,6 +138,7 @@ class RunConfig(Section):
             mass_error_kg=self._mass_error_kg,
             published=self._published(conditions),
             volume_assumed=not dry and known.submerged_volume_m3 is None,
+            rotation=self.equation.coordinate == "rotation",
         )
 
     def _published(self, conditions: Mapping[str, Condition]) -> tuple[tuple[str, float], ...]:

@@ -22,6 +22,7 @@ from undertow.discrepancy.cycle_by_cycle import CycleComparison, compare_cycles,
 from undertow.discrepancy.difference import Difference, Side, TermRow
 from undertow.discrepancy.place import locate
 from undertow.discrepancy.verdict import Verdict
+from undertow.discrepancy.words import spelled
 from undertow.equation import registry
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
@@ -147,7 +148,7 @@ def _notes(simulation: Motion, recording: Motion, both: Sequence[str]) -> tuple[
     """What a reader should know of the two motions; ``both`` names what is beside the equations in either."""
     notes = ["one recording: nothing is held out, so that a name is not proved on an unseen trial"]
     if both:
-        names = ", ".join("something that no suspect explains" if n == "unknown" else n.replace("_", " ") for n in both)
+        names = ", ".join("something that no suspect explains" if n == "unknown" else spelled(n) for n in both)
         notes.append(f"simulation and recording both show, beside the equations above: {names}")
     ratio = simulation.amplitude / recording.amplitude
     if not 0.8 < ratio < 1.25:

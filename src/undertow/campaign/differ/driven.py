@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from undertow.campaign.config import RunConfig
+from undertow.campaign.driven.page import HEIGHT_IN, WIDTH_IN, drawn_channel, written
 from undertow.campaign.driven.trials import driven_laws, must_drive, recording_alone, trial_of
 from undertow.comparison.driven_search import discover_driven
 from undertow.conditioning.driven import DrivenTrial
@@ -32,9 +33,13 @@ from undertow.quantities import Estimate
 from undertow.recording.catalogue import read_trial
 from undertow.recording.recording import Array
 from undertow.report.difference import listed_in_words
-from undertow.report.driven_page import PagePart, page_html, run_picture
+from undertow.report.driven_figures import draw_held_back, draw_whole
+from undertow.report.driven_page import Made, PagePart, PageTable, Picture, page_html
+from undertow.report.html import FIRST_IN
+from undertow.report.style import new_figure, page_style, svg_text
+from undertow.report.trial_figures import Runs
 from undertow.report.verdict_file import plain
-from undertow.report.wording import parameter_words, plain_number
+from undertow.report.wording import estimate_text, parameter_words, plain_number
 from undertow.report.writing import write_text
 
 VERSION = 1
@@ -168,12 +173,35 @@ def write_driven(found: DrivenDifference, folder: Path) -> None:
         "nrmse_of_its_own_equation": found.own, "terms": [vars(row) for row in found.rows],
     })  # fmt: skip
     write_text(folder / "differ.json", json.dumps(said, indent=1, allow_nan=False, ensure_ascii=False))
+    write_text(folder / "differ.html", page_html("Simulation against recording", "two records of a driven body",
+               [_page_part(found)], Made()))  # fmt: skip
+
+
+def _page_part(found: DrivenDifference) -> PagePart:
+    """What the page shows: both equations, the simulation's under the recording's input, numbers beside each other."""
     table = [("number", "simulation", "recording", "standard errors apart")]
     for row in found.rows:
-        shown = (str(one) if one is not None else "-" for one in (row.simulation, row.recording))
+        shown = (estimate_text(one) if one is not None else "-" for one in (row.simulation, row.recording))
         sigmas = plain_number(row.sigmas, 2) if math.isfinite(row.sigmas) else ""
         table.append((parameter_words(row.name), *shown, sigmas))  # type: ignore[arg-type]
-    picture = run_picture("The simulation's equation under the recording's input", found.trial, found.run)
-    equation = "M x'' + " + " + ".join(term.law for term in found.recording.laws.terms) + f" = {found.trial.quantity}"
-    part = PagePart(found.sentence, [picture], equation, {"Numbers, with the laws of both": table})
-    write_text(folder / "differ.html", page_html("A simulation against a recording", [part]))
+    trial = found.trial
+    names = "simulation's equation", ""
+    runs = Runs(trial.t, trial.outputs[trial.main], found.run, None, drawn_channel(trial, "translation"),
+                clock="time (s)", called=names)  # fmt: skip
+    with page_style():
+        first = svg_text(draw_held_back(runs, new_figure(*FIRST_IN)))
+        whole = svg_text(draw_whole(runs, None, new_figure(WIDTH_IN, HEIGHT_IN)))
+    caption = (
+        "Measured is black (white on a dark page), blue the simulation's own equation, run free under the recording's "
+        f"input from a start state adjusted to its first {START_SAMPLES} samples. Below: measured minus free run."
+    )
+    loud = "alarm" if found.lacks or found.extra or found.far else ""
+    numbers = [
+        (percent(found.missed), "of the recording's motion missed by the simulation's equation", loud),
+        (percent(found.own), "missed by the recording's own equation", "good"),
+    ]
+    return PagePart(
+        None, found.sentence, "", written(found.simulation, trial), written(found.recording, trial), numbers,
+        Picture(first, caption), [Picture(whole, "The same over the whole recording.")],
+        [PageTable("Numbers, with the laws of both", table, folded=False)], called=("simulation", "recording"),
+    )  # fmt: skip

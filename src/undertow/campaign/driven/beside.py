@@ -17,6 +17,7 @@ import numpy as np
 from undertow.campaign.config import RunConfig
 from undertow.campaign.driven.files import numbers_row
 from undertow.conditioning.driven import DrivenTrial, white_noise
+from undertow.discrepancy.words import percent
 from undertow.errors import IdentificationError
 from undertow.likelihood.driven_strokes import Strokes
 from undertow.methods.driven import DrivenFit, free_run
@@ -24,7 +25,7 @@ from undertow.methods.driven_begin import START_SAMPLES
 from undertow.methods.driven_instrument import BesideInstrument, beside_instrument, by_regression
 from undertow.methods.driven_repeatability import repeatability_by_repeats, repeatability_by_scatter, scattered
 from undertow.quantities import OK, Estimate
-from undertow.report.wording import parameter_words
+from undertow.report.wording import estimate_text, parameter_words, plain_number, reason_words
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,8 @@ class ByInstruments:
     def table(self) -> list[tuple[str, ...]]:
         """Rows of the page, the first the header; empty where nothing was compared."""
         rows = [
-            (one.trial, name, str(one.output_error[name]), str(found), f"{one.apart[name]:.2g}")
+            (one.trial, parameter_words(name), estimate_text(one.output_error[name]), estimate_text(found),
+             plain_number(one.apart[name], 2))
             for one in self.compared for name, found in one.instrument.items()
         ]  # fmt: skip
         rows += [(name, "", "", reason, "") for name, reason in (self.reasons or {}).items()]
@@ -118,7 +120,7 @@ def beside_output_error(found: Sequence[Regressed], given: DrivenFit) -> list[tu
     rows: list[tuple[str, ...]] = []
     for one in found:
         rows += [
-            (one.trial, parameter_words(name), str(known[name]), str(value))
+            (one.trial, parameter_words(name), estimate_text(known[name]), estimate_text(value))
             for name, value in one.numbers.items()
         ]
         if one.outcome != OK:
@@ -159,11 +161,11 @@ class Floors:
     def table(self) -> list[tuple[str, ...]]:
         """Rows of the page, the first the header."""
         rows = [
-            (name, f"{100.0 * nrmse:.3g} %", f"{100.0 * self.sensor[name]:.3g} %",
-             f"{100.0 * self.repeatability[name]:.3g} %" if name in self.repeatability else "not known", self.because)
+            (name, percent(nrmse), reason_words(percent(self.sensor[name])),
+             percent(self.repeatability[name]) if name in self.repeatability else "not known")
             for name, nrmse in self.nrmse.items()
         ]  # fmt: skip
-        return [("trial", "missed of the motion", "by the sensor's noise alone", "between trials", "known from"), *rows]
+        return [("trial", "missed of the motion", "by the sensor's noise alone", "between trials"), *rows]
 
 
 def sensor_noise(trial: DrivenTrial, fitted: DrivenFit) -> float:
@@ -192,6 +194,28 @@ def floors_of(
     return Floors(nrmse, sensor, seen, "trials of the same input" if seen else UNKNOWN)
 
 
+@dataclass(frozen=True)
+class Beside:
+    """What stands beside output error: numbers by instruments and by regression, floors, suspects that no search here
+    tries."""
+
+    instruments: ByInstruments
+    regressed: tuple[Regressed, ...]
+    floors: Floors
+    untried: tuple[str, ...]
+
+    @property
+    def not_tried(self) -> str:
+        """Which suspects no search here tries, with a space before it; empty where all are tried."""
+        names = ", ".join(self.untried)
+        return f" Not tried on this body, because its search knows no such law: {names}." if names else ""
+
+    @property
+    def sentences(self) -> str:
+        """What is to be said of it, each with a space before it."""
+        return self.instruments.sentences + self.not_tried
+
+
 def strokes_plain(varying: Strokes) -> dict[str, Any]:
     """Both standard deviations in N, the odds, and the deviations of every pair of strokes by trial."""
     return {
@@ -214,7 +238,7 @@ def strokes_sentence(varying: Strokes) -> str:
 def strokes_table(varying: Strokes) -> list[tuple[str, ...]]:
     """Rows of the page, the first the header."""
     rows = [
-        (name, str(2 * i + 1), f"{offset:.3g}", f"{friction:.3g}")
+        (name, str(2 * i + 1), plain_number(offset, 3), plain_number(friction, 3))
         for name, own in varying.deviations.items() for i, (offset, friction) in enumerate(own.tolist())
     ]  # fmt: skip
-    return [("trial", "from stroke", "offset beyond its mean, N", "friction beyond its mean, N"), *rows]
+    return [("trial", "from stroke", "offset beyond its mean (N)", "friction beyond its mean (N)"), *rows]

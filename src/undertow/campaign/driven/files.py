@@ -80,14 +80,17 @@ def write_answer(
     write_text(folder / "verdict.json", json.dumps(plain(verdict), indent=1))
 
 
-def write_manifest(
-    folder: Path, config: RunConfig, config_path: Path, overrides: Sequence[str], failed: tuple[FailedTrial, ...],
-    begun: float,
-) -> None:  # fmt: skip
-    """manifest.json of a run whose identification began at ``begun`` (`time.perf_counter`)."""
+def manifest_of(
+    config: RunConfig, config_path: Path, overrides: Sequence[str], failed: tuple[FailedTrial, ...], begun: float
+) -> dict[str, Any]:  # fmt: skip
+    """The manifest of a run whose identification began at ``begun`` (`time.perf_counter`)."""
     seconds = {"identification": time.perf_counter() - begun}
     findings = Findings(config.name, (), failed, config.methods, config.equation.coordinate, seconds)
-    made = manifest(findings, config, config_path, overrides)
+    return manifest(findings, config, config_path, overrides)
+
+
+def write_manifest(folder: Path, made: Mapping[str, Any]) -> None:
+    """manifest.json, the last file of a run."""
     write_text(folder / "manifest.json", json.dumps(plain(made), indent=1))
 
 

@@ -19,34 +19,37 @@ import numpy as np
 from undertow.campaign.config import RunConfig
 from undertow.campaign.config.driven_rules import unused
 from undertow.campaign.driven.beside import (
-    ByInstruments,
-    Floors,
-    Regressed,
-    beside_output_error,
+    Beside,
     by_instruments,
     floors_of,
     regressed,
     strokes_plain,
     strokes_sentence,
-    strokes_table,
 )
-from undertow.campaign.driven.files import group_entry, numbers_of, numbers_row, rows_csv, write_answer, write_manifest
+from undertow.campaign.driven.files import (
+    group_entry,
+    manifest_of,
+    numbers_of,
+    numbers_row,
+    rows_csv,
+    write_answer,
+    write_manifest,
+)
+from undertow.campaign.driven.page import as_sentence, page_part
 from undertow.campaign.driven.trials import driven_laws, driven_trials
 from undertow.campaign.run.workers import Progress, silent
 from undertow.comparison.driven_search import DrivenFound, discover_driven, suspects_for
 from undertow.comparison.response_search import ResponseFound
 from undertow.conditioning.driven import DrivenTrial
 from undertow.discrepancy.findings import FailedTrial
+from undertow.discrepancy.words import count
 from undertow.equation.driven import compiled_integrator
 from undertow.equation.driven_hysteresis import HYSTERESES
 from undertow.errors import UndertowError
-from undertow.methods.driven import DrivenFit, free_run
-from undertow.methods.driven_begin import START_SAMPLES
+from undertow.methods.driven import DrivenFit
 from undertow.methods.driven_equations import equation_text, written
 from undertow.methods.driven_order import TAKES_ENERGY, power_given
-from undertow.methods.driven_shares import shares_of
-from undertow.report.driven_page import PagePart, page_html, run_picture, write_page
-from undertow.report.wording import parameter_words, plain_number, reason_words
+from undertow.report.driven_page import Made, page_html, write_page
 from undertow.report.writing import write_text
 
 UNCHECKED = "discrepancy.suspects names no law that can be tried on a driven body"
@@ -79,24 +82,6 @@ class DrivenFinished:
     def summary(self) -> str:
         """The sentence, and where the report is."""
         return f"{self.sentence}\nreport: {self.told}"
-
-
-@dataclass(frozen=True)
-class Beside:
-    """What stands beside output error: numbers by instruments and by regression, floors, suspects that no search here
-    tries."""
-
-    instruments: ByInstruments
-    regressed: tuple[Regressed, ...]
-    floors: Floors
-    untried: tuple[str, ...]
-
-    @property
-    def sentences(self) -> str:
-        """What is to be said of it, each with a space before it."""
-        names = ", ".join(self.untried)
-        not_tried = f" Not tried on this body, because its search knows no such law: {names}." if names else ""
-        return self.instruments.sentences + not_tried
 
 
 def run_driven(
@@ -136,11 +121,15 @@ def run_driven(
     beside = Beside(told, by_sindy, floors, not_tried(training[0], found, suspects or ()))
     sentence = sentence_of(config.name, training, found) + beside.sentences
     sentence += strokes_sentence(found.best.strokes) if found.best.strokes else ""
-    equation = _write(folder, config, text, training, unseen, found, sentence, beside)
+    group = _write(folder, config, text, training, unseen, found, sentence, beside)
+    made = manifest_of(config, config_path, overrides, failed, begun)
     if page:
-        part = _page_part(training, unseen, found, sentence, beside, equation)
-        write_page(folder, page_html(config.name, [part]))
-    write_manifest(folder, config, config_path, overrides, failed, begun)
+        coordinate = config.equation.coordinate
+        said = as_sentence(found_words(training, found)), far_away(training, found.validation[1] / _size(training))
+        part = page_part(coordinate, (training, unseen), found, group, said, beside)
+        kind = f"{count(len(training) + len(unseen), 'trial')} of a driven body"
+        write_page(folder, page_html(config.name, kind, [part], Made(made, text, failed)), [part])
+    write_manifest(folder, made)
     return DrivenFinished(folder, sentence, found, failed, page=page)
 
 
@@ -152,19 +141,22 @@ def not_tried(trial: DrivenTrial, found: DrivenFound, suspects: Sequence[str]) -
 
 
 def sentence_of(name: str, training: Sequence[DrivenTrial], found: DrivenFound) -> str:
+    """What was found, in words, and what to look for in the columns."""
+    return f"{name}: {found_words(training, found)}{far_away(training, found.validation[1] / _size(training))}"
+
+
+def found_words(training: Sequence[DrivenTrial], found: DrivenFound) -> str:
     """What was found, in words."""
     size, unit = _size(training), "of the motion"
-    far = far_away(training, found.validation[1] / size)
     before, after = (100.0 * rms / size for rms in found.validation)
     if not found.added:
         said = ", and no law that was tried helps" if found.tried else f"; nothing was checked: {UNCHECKED}"
-        return f"{name}: the given equation misses {before:.3g} % {unit} it never saw{said}.{far}"
+        return f"the given equation misses {before:.3g} % {unit} it never saw{said}."
     names = ", ".join(found.added).replace("_", " ")
     left = "" if _adequate(training, found.best) else "; more than noise is left"
     kept = found.augmented.laws.memory.split(".")[0] if found.augmented else ""
     alike = f" The record cannot tell {kept} from {' or '.join(found.rivals)}." if kept and found.rivals else ""
-    said = f"{name}: the given equation misses {before:.3g} % {unit} it never saw; with {names} {after:.3g} %{left}."
-    return said + alike + far
+    return f"the given equation misses {before:.3g} % {unit} it never saw; with {names} {after:.3g} %{left}.{alike}"
 
 
 def far_away(training: Sequence[DrivenTrial], missed: float) -> str:
@@ -197,8 +189,8 @@ def _write(
     found: DrivenFound,
     sentence: str,
     beside: Beside,
-) -> str:
-    """All files but the manifest and the page; the equation in words."""
+) -> Mapping[str, Any]:
+    """All files but the manifest and the page; the group of verdict.json."""
     size = _size(training)
     missed = max(found.validation[0], *found.baseline.rms.values())
     versions = {"baseline": written(found.baseline, missed, size, training[0])}
@@ -214,48 +206,7 @@ def _write(
     across = {"verdict": group["verdict"], "sentence": sentence}
     write_answer(folder, text, config, [{**entry, "scatter": {}, "equation": equation}], [group], across)
     _tables(folder, training, found, beside)
-    return equation
-
-
-def _page_part(
-    training: Sequence[DrivenTrial],
-    unseen: Sequence[DrivenTrial],
-    found: DrivenFound,
-    sentence: str,
-    beside: Beside,
-    equation: str,
-) -> PagePart:
-    """What the page shows: sentence, free runs, equation and tables."""
-    fit = found.best
-    tried: list[tuple[str, ...]] = [("law", "ln evidence", "rms before", "rms after", "because")]
-    tried += [
-        (reason_words(t.name), *(plain_number(n, 4) for n in (t.evidence, t.before, t.after)),
-         reason_words(t.because) or "added")
-        for t in found.tried
-    ]  # fmt: skip
-    tables: dict[str, Sequence[Any]] = {"What was tried, on samples nobody fitted": tried}
-    tables["What is missed, and what may be"] = beside.floors.table()
-    if by_sindy := beside_output_error(beside.regressed, found.baseline):
-        tables["Numbers of the given equation by regression, beside output error"] = by_sindy
-    if by_target := beside.instruments.table():
-        tables["Numbers by the instrument, beside output error"] = by_target
-    if fit.strokes:
-        tables["Offset and friction by stroke, each pair there and back with its own"] = strokes_table(fit.strokes)
-    if shares := told_by(training, fit):
-        tables["Standard errors by kind of record"] = shares
-    figures = [run_picture(t.name, t, free_run(t, fit, START_SAMPLES)) for t in (*training, *unseen)]
-    return PagePart(sentence, figures, equation, tables)
-
-
-def told_by(trials: Sequence[DrivenTrial], fitted: DrivenFit) -> list[tuple[str, ...]]:
-    """What decays and driven records tell of each number, as a table for the page; empty without decays."""
-    units = fitted.laws.units
-    rows = [
-        (parameter_words(name), units.get(name, ""),
-         *(f"{e:.2g}" if math.isfinite(e) else "open" for e in vars(one).values()))
-        for name, one in shares_of(trials, fitted).items()
-    ]  # fmt: skip
-    return [("number", "unit", "all trials", "driven alone", "decays alone"), *rows] if rows else []
+    return group
 
 
 def _verdict(

@@ -14,14 +14,23 @@ from typing import Any
 import numpy as np
 
 from undertow.campaign.config import RunConfig
-from undertow.campaign.driven.files import group_entry, numbers_of, numbers_row, rows_csv, write_answer, write_manifest
+from undertow.campaign.driven.files import (
+    group_entry,
+    manifest_of,
+    numbers_of,
+    numbers_row,
+    rows_csv,
+    write_answer,
+    write_manifest,
+)
+from undertow.campaign.driven.page import as_sentence
 from undertow.campaign.driven.run import DrivenFinished
-from undertow.campaign.response.curves import drawn_sets
+from undertow.campaign.response.page import page_part
 from undertow.campaign.response.sets import Sweeps, sweeps
 from undertow.campaign.run.workers import Progress, silent
 from undertow.comparison.response_search import UNSEEN_LAWS, ResponseFound, discover_response
 from undertow.discrepancy.findings import FailedTrial
-from undertow.discrepancy.words import group_title, percent
+from undertow.discrepancy.words import count, group_title, percent
 from undertow.equation.driven_laws import find_driven, places
 from undertow.equation.term import Term
 from undertow.errors import UndertowError
@@ -29,12 +38,8 @@ from undertow.methods.driven_equations import equation_text
 from undertow.methods.harmonic_set import MASS, HarmonicFit
 from undertow.quantities import OK
 from undertow.recording.recording import Condition
-from undertow.report.driven_page import PagePart, page_html, set_picture, write_page
-from undertow.report.wording import plain_number, reason_words
+from undertow.report.driven_page import Made, page_html, write_page
 from undertow.report.writing import write_text
-
-DRAWN_AT_MOST = 12
-"""Trials of a group that the page draws."""
 
 
 def run_response(
@@ -68,10 +73,16 @@ def run_response(
     pairs = list(zip(groups, found, strict=True))
     titles = [f"{config.name}, {group_title(group.key)}" if group.key else config.name for group in groups]
     sentences = [sentence_of(title, *pair) for title, pair in zip(titles, pairs, strict=True)]
-    entries = _write(folder, config, text, pairs, sentences)
+    verdicts = _write(folder, config, text, pairs, sentences)
+    made = manifest_of(config, config_path, overrides, failed, begun)
     if page:
-        write_page(folder, page_html(config.name, _page_parts(config, pairs, entries, sentences)))
-    write_manifest(folder, config, config_path, overrides, failed, begun)
+        parts = [
+            page_part(config, *pair, entry, as_sentence(said.removeprefix(f"{title}: ")))
+            for pair, entry, said, title in zip(pairs, verdicts, sentences, titles, strict=True)
+        ]
+        kind = f"{count(sum(len(group.tables) for group in groups), 'harmonic set')} in {count(len(groups), 'group')}"
+        write_page(folder, page_html(config.name, kind, parts, Made(made, text, failed)), parts)
+    write_manifest(folder, made)
     return DrivenFinished(folder, "\n".join(sentences), tuple(found), failed, page=page)
 
 
@@ -117,35 +128,14 @@ def _write(
     text: str,
     pairs: Sequence[tuple[Sweeps, ResponseFound]],
     sentences: Sequence[str],
-) -> list[dict[str, Any]]:
-    """All files but the manifest and the page; the groups of equations.json."""
+) -> list[Mapping[str, Any]]:
+    """All files but the manifest and the page; the groups of verdict.json."""
     entries = [_equations(config, group, one) for group, one in pairs]
     verdicts = [_verdict(group, one, said) for (group, one), said in zip(pairs, sentences, strict=True)]
     named = list(dict.fromkeys(name for entry in verdicts for name in entry["verdict"]))
     write_answer(folder, text, config, entries, verdicts, {"verdict": named, "sentence": " ".join(sentences)})
     _tables(folder, pairs)
-    return entries
-
-
-def _page_parts(
-    config: RunConfig,
-    pairs: Sequence[tuple[Sweeps, ResponseFound]],
-    entries: Sequence[Mapping[str, Any]],
-    sentences: Sequence[str],
-) -> list[PagePart]:
-    """What the page shows of each group: sentence, measured points and curves, equation, what was tried."""
-    parts = []
-    for (group, one), entry, said in zip(pairs, entries, sentences, strict=True):
-        drawn = drawn_sets(config, group, one, DRAWN_AT_MOST)
-        tried = [("law", "rms before", "rms after", "because")]
-        tried += [
-            (reason_words(t.name), plain_number(t.before, 4), plain_number(t.after, 4),
-             reason_words(t.because) or "added")
-            for t in one.tried
-        ]  # fmt: skip
-        tables = {"What was tried, on points nobody fitted": tried} if one.tried else {}
-        parts.append(PagePart(said, [set_picture(each) for each in drawn], entry["equation"], tables))
-    return parts
+    return verdicts
 
 
 def _equations(config: RunConfig, group: Sweeps, found: ResponseFound) -> dict[str, Any]:

@@ -82,7 +82,7 @@ class GroupTask:
         return tuple(m for m in self.motions if m.name not in self.apart) if self.apart else self.motions
 
 
-def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -> GroupFindings:
+def analyse(task: GroupTask) -> GroupFindings:
     """All methods on one group, its baseline equation, free runs, mismatches and verdict."""
     training = [m for m in task.joint if m.name not in task.held_out]
     model = group_model(
@@ -90,23 +90,23 @@ def analyse(task: GroupTask, progress: Callable[[str], None] = lambda _: None) -
         stiffness={n: e.value for n, e in task.stiffness.items()},
     )  # fmt: skip
     baseline = _baseline(task, _baseline_model(task, model), training)
-    fits = _group_fits(task, model, baseline)
-    singles = _single_fits(task, model, progress)
-    fits |= _means_of_singles(task, singles)
+    fits = _group_fits(task, model)
+    singles = _single_fits(task, model)
+    fits |= _means_of_singles(singles)
     if task.dry and len(task.motions) > 1 and "output_error" in fits:
         fits["output_error"] = _mean_structure(fits["output_error"], singles)
     fits, differ = with_grown_errors(fits, singles, {m.name: m.amplitude for m in task.motions})
     baseline, too = baseline_grown(baseline, training, singles)
     if scatter := _of_any_trial(task):
         baseline = of_any_trial(baseline, scatter)
-    alone = (of_one_trial(scatter),) if len(training) == 1 else ()
-    trials = tuple(_trial(task, model, baseline, motion, singles[motion.name], progress) for motion in task.motions)
+    alone = (of_one_trial(_by_symbol(scatter, model)),) if len(training) == 1 else ()
+    trials = tuple(_trial(task, model, baseline, motion, singles[motion.name]) for motion in task.motions)
     trials = _with_shares(task, trials, baseline)
     equation = baseline.equation()
     return GroupFindings(
         task.key, task.dry, trials, task.specimen, task.structure, fits, equation, baseline.equation_errors(),
         unsearched_verdict(task.key, task.held_out, trials, baseline.estimates),
-        (*_rests_on(task), *alone, *(one.sentence for one in amplitude_drifts(trials, group_title(task.key)))),
+        (*_rests_on(task, model), *alone, *(one.sentence for one in amplitude_drifts(trials, group_title(task.key)))),
         (*too, *differ),
     )  # fmt: skip
 
@@ -120,19 +120,27 @@ def _with_shares(
     return tuple(found.get(t.motion.name, t) for t in trials)
 
 
-def _rests_on(task: GroupTask) -> Iterator[str]:
+def _rests_on(task: GroupTask, model: GroupModel) -> Iterator[str]:
     """What a group's numbers rest on, in words: its anchor, what was assumed, what was not done with every trial."""
     yield from task.anchor.doubts
     if task.anchor.kind == "load cells":
-        yield f"kilograms and newtons rest on the {task.anchor.sentence}"
+        rests = "inertias and moments" if task.specimen.rotation else "kilograms and newtons"
+        yield f"{rests} rest on the {task.anchor.sentence}"
     if task.structure is None and not task.scatter:
-        parts = ", ".join(f"{100 * v:g} % in {k}" for k, v in DEFAULT_SCATTER.items())
-        yield f"neither dry trials nor specimen.scatter say how trials scatter; assumed for repeatability: {parts}"
+        parts = ", ".join(f"{100 * v:g} % in {k}" for k, v in _by_symbol(DEFAULT_SCATTER, model).items())
+        assumed = f"; assumed for repeatability: {parts}" if parts else ""
+        yield f"neither dry trials nor specimen.scatter say how trials scatter{assumed}"
     if task.apart:
         yield (
             f"of {count(len(task.motions), 'trial')} {len(task.joint)}, spread over all amplitudes, are fitted "
             f"together and searched; the other {len(task.apart)} are fitted alone and held against that equation"
         )
+
+
+def _by_symbol(scatter: Mapping[str, float], model: GroupModel) -> dict[str, float]:
+    """A scatter of what the equation has of it: k, c, mu (or friction, where no weight is known)."""
+    called = {"mu" if symbol == "friction" else symbol: symbol for symbol in model.scattering}
+    return {called[symbol]: share for symbol, share in scatter.items() if symbol in called}
 
 
 def _of_any_trial(task: GroupTask) -> Mapping[str, float]:
@@ -175,7 +183,7 @@ def rest_prior(task: GroupTask, motion: Motion) -> float:
     return max(width, error) if math.isfinite(width) else error
 
 
-def _group_fits(task: GroupTask, model: GroupModel, baseline: GroupFit) -> dict[str, Fit]:
+def _group_fits(task: GroupTask, model: GroupModel) -> dict[str, Fit]:
     """Methods that take a group's trials together: output error with random effects, SINDy pooled."""
     names = [m.name for m in task.joint]
     fits: dict[str, Fit] = {}
@@ -213,7 +221,7 @@ def _selected(motions: Sequence[Motion], terms: Sequence[Term]) -> str:
     return "evidence keeps every term" if not dropped else f"evidence would do without {', '.join(dropped)}"
 
 
-def _single_fits(task: GroupTask, model: GroupModel, progress: Callable[[str], None]) -> dict[str, dict[str, Fit]]:
+def _single_fits(task: GroupTask, model: GroupModel) -> dict[str, dict[str, Fit]]:
     """Every method on every trial alone."""
     out: dict[str, dict[str, Fit]] = {}
     for motion in task.motions:
@@ -222,7 +230,6 @@ def _single_fits(task: GroupTask, model: GroupModel, progress: Callable[[str], N
             for name, work in _single(task, model, motion, method).items():
                 fits[name] = _attempt(name, (motion.name,), work)
         out[motion.name] = fits
-        progress(motion.name)
     return out
 
 
@@ -273,7 +280,7 @@ def _mean_structure(pooled: Fit, singles: Mapping[str, Mapping[str, Fit]]) -> Fi
     return replace(pooled, parameters=parameters, notes=(*pooled.notes, "mean over trials, each fitted alone"))
 
 
-def _means_of_singles(task: GroupTask, singles: Mapping[str, Mapping[str, Fit]]) -> dict[str, Fit]:
+def _means_of_singles(singles: Mapping[str, Mapping[str, Fit]]) -> dict[str, Fit]:
     """Group rows of the methods that work trial by trial: means over trials with errors from their scatter."""
     out: dict[str, Fit] = {}
     methods = {name for fits in singles.values() for name in fits} - {"sindy", "output_error"}
@@ -304,19 +311,15 @@ def theta_of(model: GroupModel, baseline: GroupFit, fit: Fit, trial: str) -> np.
     theta = model.theta(values, trial)
     if fit.method == "sindy" and model.anchored:
         normal = model.specimen.normal_force_N
-        for name, slot, factor in (("k_N_per_m", "k1", 1.0), ("c_Ns_per_m", "c1", 1.0), ("mu", "fc", normal)):
+        plain = (("k_N_per_m", "k1", 1.0), ("c_Ns_per_m", "c1", 1.0), ("friction_N", "fc", 1.0))
+        for name, slot, factor in (*plain, ("mu", "fc", normal)):
             if name in parameters:
                 theta[SLOT[slot]] = factor * parameters[name].value
     return theta
 
 
 def _trial(
-    task: GroupTask,
-    model: GroupModel,
-    baseline: GroupFit,
-    motion: Motion,
-    fits: Mapping[str, Fit],
-    progress: Callable[[str], None],
+    task: GroupTask, model: GroupModel, baseline: GroupFit, motion: Motion, fits: Mapping[str, Fit]
 ) -> TrialFindings:
     """One trial's free runs: the baseline's with its floors, and each method's own score."""
     width = rest_prior(task, motion)

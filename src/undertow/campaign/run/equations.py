@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -39,8 +39,8 @@ def equations_entry(group: GroupFindings, stated: Mapping[str, float] | None = N
     """
     verdict, versions = group.verdict, {}
     allowed = verdict.repeatability_nrmse
-    inner = {name: e.total_stderr for name, e in verdict.baseline.parameters.items()}
-    versions["baseline"] = _version(group.equation, group.equation_errors, verdict.baseline.nrmse, allowed, inner)
+    inner, unit = {name: e.total_stderr for name, e in verdict.baseline.parameters.items()}, group.specimen.unit
+    versions["baseline"] = _version(group.equation, group.equation_errors, verdict.baseline.nrmse, allowed, unit, inner)
     if verdict.augmented is not None:
         try:
             repaired = repaired_equation(group.equation, verdict, group.specimen)
@@ -50,7 +50,7 @@ def equations_entry(group: GroupFindings, stated: Mapping[str, float] | None = N
             errors = repaired_errors(group.equation, group.equation_errors, verdict, group.specimen)
             inner = {name: e.total_stderr for name, e in verdict.augmented.parameters.items()}
             had = Counter(term.name for term in group.equation.terms)
-            versions["augmented"] = _version(repaired, errors, verdict.augmented.nrmse, allowed, inner, had)
+            versions["augmented"] = _version(repaired, errors, verdict.augmented.nrmse, allowed, unit, inner, had)
     motions = [one.motion for one in group.trials]
     noise = [motion.noise.get(scored_channel(motion), 0.0) for motion in motions]
     structure, scatter = group.structure, stated or own_scatter(group)
@@ -92,12 +92,13 @@ def _version(
     errors: Mapping[str, float],
     nrmse: float,
     allowed: float,
+    unit: Callable[[str], str],
     inner: Mapping[str, float] | None = None,
     had: Mapping[str, int] | None = None,
 ) -> dict[str, Any]:
     """One equation: its laws' numbers with their errors, each number for itself; ``had``: how often the prescribed one
-    has each law, behind which the named ones stand."""
-    rows = [*_rows(equation, errors, inner or {}, had or {})]
+    has each law, behind which the named ones stand. ``unit`` says in which unit a law's number is here."""
+    rows = [row | {"unit": unit(row["unit"])} for row in _rows(equation, errors, inner or {}, had or {})]
     stderr = [row["stderr"] for row in rows]
     beyond = nrmse if not math.isfinite(allowed) or nrmse > allowed else 0.0
     return {

@@ -16,7 +16,7 @@ from undertow.campaign.config import RunConfig
 from undertow.campaign.run.portions import group_order
 from undertow.discrepancy.drifts import group_drifts, springs_apart
 from undertow.discrepancy.findings import FailedTrial, Findings, GroupFindings
-from undertow.discrepancy.words import count, either, group_title, least_sets
+from undertow.discrepancy.words import count, either, group_title, least_sets, spelled
 from undertow.report.arrange import chosen, excess
 from undertow.report.extent import Extent
 from undertow.report.tables import NOTES_AT_MOST
@@ -149,7 +149,7 @@ def _names(group: GroupFindings) -> list[str]:
 
 
 def _words(names: Iterable[str]) -> list[str]:
-    return ["something unknown" if name == "unknown" else name.replace("_", " ") for name in dict.fromkeys(names)]
+    return ["something unknown" if name == "unknown" else spelled(name) for name in dict.fromkeys(names)]
 
 
 def across(

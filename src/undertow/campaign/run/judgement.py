@@ -35,7 +35,7 @@ from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.discrepancy.judge import Judged, judge_level, undecided
 from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.verdict import Verdict
-from undertow.discrepancy.words import count, group_title
+from undertow.discrepancy.words import count, group_title, own_words, spelled
 from undertow.equation.kernel import SLOT
 from undertow.errors import FAILURES, failure
 from undertow.likelihood.fit import Specimen, Structure
@@ -182,7 +182,7 @@ def _with_the_reason(judged: Judged, alone: Judged) -> Judged:
     for now, before in zip(judged.verdicts, alone.verdicts, strict=True):
         if (now.status, now.verdict, now.alternatives) != (before.status, before.verdict, before.alternatives):
             sets = [" and ".join(names) for names in (before.verdict, *before.alternatives)]
-            words = ", or ".join(sets).replace("_", " ")
+            words = spelled(", or ".join(sets))
             found = f"could not tell {words} from each other" if len(sets) > 1 else f"showed {words}"
             text = f"This water alone {found}; the campaign's others help."
             now = replace(now, sentence=f"{now.sentence} {text}")
@@ -248,7 +248,7 @@ class _Judge:
 
 def _unused(cases: Sequence[Case], standing: Sequence[Addend]) -> tuple[Case, ...]:
     """Groups that are judged without what their dry trials need, and say so."""
-    names = " and ".join(addend.prefix.partition(".")[0].replace("_", " ") for addend in standing)
+    names = " and ".join(spelled(addend.prefix.partition(".")[0]) for addend in standing)
     because = f"no motion in this water comes of what the dry trials need ({names})"
     return tuple(replace(case, dry_unknown=because) for case in cases)
 
@@ -375,7 +375,7 @@ def _case(config: RunConfig, task: GroupTask, group: GroupFindings) -> Case:
     return Case(
         task.key, group.label, member, held, group.verdict.baseline, group.verdict.sensor_floor_nrmse,
         group.verdict.repeatability_nrmse, sum(t.mismatch.missing for t in group.trials), task.dry,
-        task.dry_structure is not None, config.cell_for(conditions), config.equation.coordinate == "rotation",
+        task.dry_structure is not None, config.cell_for(conditions),
         place_words([t.mismatch for t in group.trials if t.mismatch.missing]),
-        task.contradiction, _no_dry(config, task), _assumed(config, task),
+        task.contradiction, _no_dry(config, task), _assumed(config, task), own=own_words(model.scattering),
     )  # fmt: skip

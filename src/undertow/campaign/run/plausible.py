@@ -201,12 +201,12 @@ def _noted(group: GroupFindings) -> list[str]:
     found = None if "added_mass_kg" in numbers else numbers.get("total_mass_kg")
     if found is None or not stated > 0.0 or not math.isfinite(found.total_stderr):
         return []
-    off = found.value / stated - 1.0
+    off, unit = found.value / stated - 1.0, group.specimen.unit("kg")
     if abs(off) - ERRORS * found.total_stderr / stated <= NOTED:
         return []
     return [
-        f"what moves is {format_number(found.value, found.total_stderr)} kg, {percent(abs(off))} "
-        f"{'above' if off > 0.0 else 'below'} the stated {format_number(stated)} kg: springs and fixtures may move "
+        f"what moves is {format_number(found.value, found.total_stderr)} {unit}, {percent(abs(off))} "
+        f"{'above' if off > 0.0 else 'below'} the stated {format_number(stated)} {unit}: springs and fixtures may move "
         "along; else look at specimen.mass_kg, specimen.stiffness_N_per_m and the unit of time"
     ]
 
@@ -238,13 +238,13 @@ def _stiffness(
     found = group.structure.k if group.structure is not None else numbers.get("k_N_per_m")
     if found is None or not math.isfinite(stated) or not math.isfinite(found.value) or stated <= 0.0:
         return ""
-    off, error = found.value / stated - 1.0, found.total_stderr / stated
+    off, error, unit = found.value / stated - 1.0, found.total_stderr / stated, group.specimen.unit("N/m")
     room = ERRORS * error if math.isfinite(error) else 0.0
     if abs(off) - room <= limit:
         return ""
     return (
-        f"stiffness {format_number(found.value, found.total_stderr)} N/m is {percent(abs(off))} "
-        f"{'above' if off > 0.0 else 'below'} the stated {format_number(stated)} N/m, and more than "
+        f"stiffness {format_number(found.value, found.total_stderr)} {unit} is {percent(abs(off))} "
+        f"{'above' if off > 0.0 else 'below'} the stated {format_number(stated)} {unit}, and more than "
         f"{100.0 * limit:.0f} % is {verb}: look at specimen.stiffness_N_per_m, mass and the unit of time"
     )
 
@@ -259,10 +259,11 @@ def _weighed_wrong(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str
     if not (_stiffness(group, numbers, NOTED) and _cells(group, numbers, NOTED)):
         return ""
     found = group.structure.k if group.structure is not None else numbers["k_N_per_m"]
+    unit, of_mass = group.specimen.unit("N/m"), group.specimen.unit("kg")
     return (
-        f"the load cells show {format_number(cells.value, cells.total_stderr)} N/m, as specimen.stiffness_N_per_m "
-        f"says; the motion of specimen.mass_kg {format_number(mass)} shows {format_number(found.value)} N/m: a body of "
-        f"{format_number(mass * stated / found.value)} kg would swing so; look at specimen.mass_kg"
+        f"the load cells show {format_number(cells.value, cells.total_stderr)} {unit}, as specimen.stiffness_N_per_m "
+        f"says; the motion of specimen.mass_kg {format_number(mass)} shows {format_number(found.value)} {unit}: a body "
+        f"of {format_number(mass * stated / found.value)} {of_mass} would swing so; look at specimen.mass_kg"
     )
 
 
@@ -292,7 +293,7 @@ def _cells(group: GroupFindings, numbers: Mapping[str, Estimate], limit: float, 
 
 def _lighter(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str:
     """That a body is surely lighter in water than in air, where no water that swings by itself is named."""
-    found, mass = numbers.get("added_mass_kg"), group.specimen.mass_kg
+    found, mass, unit = numbers.get("added_mass_kg"), group.specimen.mass_kg, group.specimen.unit("kg")
     swings = set(group.verdict.verdict) & {s.name for s in SUSPECTS if s.swings}
     if found is None or swings or not mass > 0.0 or not found.total_stderr < math.inf:
         return ""
@@ -302,8 +303,8 @@ def _lighter(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str:
     if not found.value + ERRORS * found.total_stderr < -LIGHTER * mass:
         return ""
     return (
-        f"the added mass {format_number(found.value, found.total_stderr)} kg is negative: look at whether dry and wet "
-        "trials are exchanged (trials.dry), at the springs, and at water that swings slower than the body"
+        f"the added mass {format_number(found.value, found.total_stderr)} {unit} is negative: look at whether dry and "
+        "wet trials are exchanged (trials.dry), at the springs, and at water that swings slower than the body"
     )
 
 
@@ -338,7 +339,7 @@ def _unloaded(group: GroupFindings) -> str:
     lacking, weight = -force.value, body.water_density_kg_per_m3 * body.gravity_m_per_s2
     volume = lacking / (mu * weight)
     return (
-        f"friction is {format_number(lacking, force.total_stderr)} N less than in air, and "
+        f"friction is {format_number(lacking, force.total_stderr)} {force.unit} less than in air, and "
         f"specimen.submerged_volume_m3 is not stated: {volume:.2g} m^3 of displaced water would take that much weight "
         "off; state the volume"
     )
@@ -357,8 +358,8 @@ def _other_level(group: GroupFindings, groups: Sequence[GroupFindings]) -> str:
         theirs = other.specimen.submerged_volume_m3
         if abs(theirs - volume) < error < abs(body.submerged_volume_m3 - volume):
             return (
-                f"friction of {format_number(force.value, force.total_stderr)} N beside the dry trials' is what a "
-                f"displaced volume of {volume:.2g} m^3 gives, as stated of {other.label}: look whether levels are "
-                "exchanged in the index, or volumes in specimen.submerged_volume_m3"
+                f"friction of {format_number(force.value, force.total_stderr)} {force.unit} beside the dry trials' is "
+                f"what a displaced volume of {volume:.2g} m^3 gives, as stated of {other.label}: look whether levels "
+                "are exchanged in the index, or volumes in specimen.submerged_volume_m3"
             )
     return ""

@@ -103,17 +103,17 @@ def weighed(
         fits = dry_fits(motions, structural_terms(terms), unit, TrialOptions()).values()
         rates = [rate.value for fit in fits if (rate := fit.estimates.get("k_N_per_m")) and rate.value > 0.0]
         if rates:
-            found[_spring(config, key)] = k.scaled(1.0 / float(np.mean(rates)), "kg")
+            found[_spring(config, key)] = k.scaled(1.0 / float(np.mean(rates)), specimen.unit("kg"))
     if not found:
         return config, ()
-    masses = [mass.value for mass in found.values()]
-    each = ", ".join(f"{mass.value:.6g} kg{_of_spring(spring)}" for spring, mass in found.items())
+    masses, of_mass = [mass.value for mass in found.values()], next(iter(found.values())).unit
+    each = ", ".join(f"{mass.value:.6g} {mass.unit}{_of_spring(spring)}" for spring, mass in found.items())
     sources = " and ".join(sorted({mass.source for mass in found.values()}))
     if max(masses) > (1.0 + MASSES_AGREE) * min(masses):
         said = f"{sources} and the dry trials give different masses ({each}); state specimen.mass_kg"
         return config, (said,)
     mass, error = float(np.mean(masses)), max(mass.total_stderr for mass in found.values())
-    said = f"mass {mass:.6g} kg from {sources} and the dry trials' frequency ({each})"
+    said = f"mass {mass:.6g} {of_mass} from {sources} and the dry trials' frequency ({each})"
     return config.with_mass(mass, error), (said,)
 
 

@@ -13,18 +13,21 @@ from typing import Any
 from undertow.equation.equation import Equation
 from undertow.equation.registry import find
 from undertow.errors import UndertowError
+from undertow.quantities import unit_in_rotation
 
 FORMAT = "undertow equation"
 VERSION = 1
 """Of the format; another one is refused."""
 
 
-def json_text(equation: Equation, errors: Mapping[str, float]) -> str:
-    """An equation with its standard errors by term name and "term.parameter"; numbers in full precision."""
+def json_text(equation: Equation, errors: Mapping[str, float], rotation: bool = False) -> str:
+    """An equation with its standard errors by term name and "term.parameter"; numbers in full precision. In a
+    ``rotation`` units are those of moments, inertias and radians."""
     terms = []
     for term, coefficient in zip(equation.terms, equation.coefficients, strict=True):
         numbers = {term.coefficient.name: coefficient, **term.inner}
-        parameters = {p.name: {"value": float(numbers[p.name]), "unit": p.unit} for p in term.parameters}
+        units = {p.name: unit_in_rotation(p.unit) if rotation else p.unit for p in term.parameters}
+        parameters = {name: {"value": float(numbers[name]), "unit": unit} for name, unit in units.items()}
         known = {p.name: errors.get(f"{term.name}.{p.name}", math.nan) for p in term.parameters[1:]}
         known[term.coefficient.name] = errors.get(term.name, math.nan)
         for name, error in known.items():

@@ -39,6 +39,10 @@ class HandOver:
         """Standard errors by term name, where the result has some."""
         return {}
 
+    def _turns(self) -> bool:
+        """Whether the trials that it was found from are rotations: units are then those of moments and inertias."""
+        return getattr(getattr(self, "trials", None), "coordinate", "translation") == "rotation"
+
     def _reach(self, reach_m: float | None) -> float:
         own = getattr(self, "x0", None)
         return float(reach_m if reach_m is not None else abs(own) if own else REACH_M)
@@ -75,7 +79,7 @@ class HandOver:
         >>> print(simulate({"stiffness": 400.0}, x0=0.1, mass_kg=4.0).to_latex())
         4\\,\\mathrm{kg}\\,\\ddot{x} + 400\\,\\mathrm{N/m}\\,x = 0
         """
-        return _written(self.equation.to_latex(numbers, self._errors()), path)
+        return _written(self.equation.to_latex(numbers, self._errors(), self._turns()), path)
 
     def to_sympy(self) -> SymbolicEquation:
         """The equation in SymPy: symbols, and the numbers that stand for them."""
@@ -86,7 +90,7 @@ class HandOver:
 
         `undertow.front.handover.exchange.equation_from_json` reads it again.
         """
-        return _written(json_text(self.equation, self._errors()), path)
+        return _written(json_text(self.equation, self._errors(), self._turns()), path)
 
 
 def _written(text: str, path: str | Path | None) -> str:

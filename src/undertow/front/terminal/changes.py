@@ -16,6 +16,7 @@ from rich.text import Text
 
 from undertow.front.terminal.table import table_text
 from undertow.report.compare import changes_in_words, compare_runs, quantity_words
+from undertow.report.writing import true_minus
 
 
 def comparison_text(
@@ -26,7 +27,7 @@ def comparison_text(
     table = compare_runs(folders)
     shown = table if whole else table[table["change"] != ""]
     lines = [table_text(_table(shown), width, colour)] if len(shown) else []
-    return "\n".join([*lines, changes_in_words(table)])
+    return true_minus("\n".join([*lines, changes_in_words(table)]))
 
 
 def comparison_json(folders: Sequence[Path]) -> list[dict[str, Any]]:

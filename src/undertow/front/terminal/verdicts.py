@@ -26,6 +26,7 @@ from undertow.quantities import or_nan
 from undertow.report.blocks import errors_of, no_gain_words
 from undertow.report.verdict_file import group_json, read_verdicts
 from undertow.report.wording import STATUS_WORDS, effects_words, in_plain_words, sentence_words
+from undertow.report.writing import true_minus
 from undertow.uncertainty.growth import grown_words
 
 COLOURS: Mapping[str, str] = {
@@ -133,7 +134,7 @@ def run_text(finished: Finished | DrivenFinished, width: int = 0, colour: bool =
         table, number = table_text(verdict_table(entries), width, colour), Counter(one["status"] for one in entries)
         why = cannot_tell_lines([one["sentence"] for one in entries if one["status"] == "cannot_tell"])
         why = [one for one in why if one not in finished.sentence]
-        return "\n".join([table, counted(number), *why, finished.sentence, last_line(finished)])
+        return "\n".join([*map(true_minus, (table, counted(number), *why, finished.sentence)), last_line(finished)])
     shown, extent, doubts = finished.findings.groups, finished.extent, finished.findings.doubts
     lines = [table_text(verdict_table([group_json(g.verdict) for g in shown]), width, colour)]
     if more := extent.groups - len(shown):
@@ -151,7 +152,7 @@ def run_text(finished: Finished | DrivenFinished, width: int = 0, colour: bool =
     lines += [f"doubt: {one}" for one in listed]
     if more := len(doubts) - len(listed):
         lines.append(f"{count(more, 'more doubt')}: {finished.told}")
-    return "\n".join([*lines, last_line(finished)])
+    return "\n".join([*map(true_minus, lines), last_line(finished)])
 
 
 def no_gain_lines(findings: Findings) -> list[str]:

@@ -54,7 +54,7 @@ CASES = (
     Case("compare of a folder without a run", words("compare", "{}"), r"verdict\.json cannot be read", code=2),
     Case("compare of a damaged run", files(("run/verdict.json", b"[" * 100_000), then=["compare", "{}/run"]),
          r"run folder .*verdict\.json"),
-    Case("explain of a folder without a run", words("explain", "{}"), r"verdict\.json"),
+    Case("explain of a folder without a run", words("explain", "{}"), r"verdict\.json", code=2),
     Case("explain of a verdict that is none", files(("run/verdict.json", b"{}"), then=["explain", "{}/run"]),
          r"verdict\.json"),
     Case("terms of a word", words("terms", "lift"), r"'lift' is not in the registry", USAGE),

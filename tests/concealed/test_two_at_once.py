@@ -81,8 +81,9 @@ def test_the_gain_of_a_pair_is_that_of_one_step_in_all_its_coefficients():
     rows = [
         np.hstack([a[0], b[0]]) for a, b in zip(seen[0].columns, seen[1].columns, strict=True)
     ]  # fmt: skip
-    normal, slope = np.diag(at.precision).astype(float), at.precision * 0.0
-    slope = at.precision * (solution.values - np.array([u.start for u in solution.problem.unknowns]))
+    precision = solution.problem.believed[1]
+    normal = np.diag(precision).astype(float)
+    slope = precision * (solution.values - np.array([u.start for u in solution.problem.unknowns]))
     n = normal.shape[0]
     whole = np.zeros((n + 2, n + 2))
     whole[:n, :n] = normal

@@ -9,12 +9,15 @@ from functools import cache
 import numpy as np
 import pytest
 
+import undertow
 from experiments.coverage.campaigns import make_campaign
 from experiments.coverage.study import TERMS
 from experiments.eq15_campaign import tables
 from undertow.campaign.run.analysis import theta_of
 from undertow.conditioning.condition import condition
+from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
+from undertow.equation.registry import find
 from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Fit, Specimen
 from undertow.likelihood.priors import GAIN_STD
@@ -301,3 +304,23 @@ def test_kilograms_of_a_regression_do_not_move_an_equation_per_unit_mass():
     regression = Fit("sindy", ("a",), {}, {"k_N_per_m": Estimate(1.4e8, unit="N/m")})
     theta = theta_of(model, baseline, regression, wet[0].name)
     assert theta[SLOT["k1"]] == baseline.model.theta(baseline.values, wet[0].name)[SLOT["k1"]]
+
+
+def test_a_law_of_the_water_that_is_another_does_not_move_the_mass_off_all_trials():
+    """Drag goes with |v|^1.5: what that leaves, counted as a sensor's noise, outweighed what dry trials say of k. A
+    group's added mass was -44 kg where every trial gave 45."""
+    rng = np.random.default_rng(5)
+    names = ("stiffness", "viscous_damping", "coulomb_friction", "added_mass")
+    drag = find("drag_exponent", exponent=1.5)
+
+    def recorded(x0, wet):
+        stiffness = 9000.0 * (1.0 + 0.004 * rng.standard_normal())
+        terms = (*map(find, names), drag) if wet else tuple(map(find, names[:3]))
+        equation = Equation(terms, (stiffness, 20.0, 5.0, 45.0, 120.0)[: len(terms)], mass_kg=180.0)
+        run = undertow.simulate(equation, x0=x0, rate_hz=100.0, duration_s=12.0)
+        return run.recorded(noise_m=2e-4, seed=int(1e3 * x0) + wet, name=f"{'w' if wet else 'd'}{x0}")
+
+    dry, water = (undertow.read([recorded(x0, wet) for x0 in (0.06, 0.08, 0.1, 0.12)]) for wet in (False, True))
+    found = undertow.fit(water, [*names, "quadratic_drag"], dry=dry, mass_kg=180.0)
+    assert found.parameters.loc["added_mass_kg", "value"] == pytest.approx(45.0, abs=6.0)
+    assert any("the equation lacks something" in doubt for doubt in found.doubts)  # as many times the noise as before

@@ -28,6 +28,11 @@ from undertow.quantities import Estimate
 FEEDS, FEEDING = 2.0, "feed energy into the motion"
 """Standard errors below zero from which on a coefficient that takes energy would feed it, and that in words."""
 
+UNKNOWABLE = 1e-10
+"""A standard error below that share of its value is one of rounding: nothing is known of that number (two laws are the
+same there, and the direction between them is left out of the covariance).
+"""
+
 NAMING_PROBABILITY = 0.99
 """Posterior probability from which a name is said."""
 
@@ -303,7 +308,10 @@ def _feeds(level: Level, fit: JointFit, before: JointFit | None) -> str:
     description of what was seen. One that did so in the fit ``before`` is no reason, unless it does so the more."""
 
     def below(one: JointFit, name: str, limit: float) -> bool:
-        return name in one.values and one.value(name) < limit - SIGNIFICANT * one.solution.stderr(name)
+        if name not in one.values:
+            return False
+        value, error = one.value(name), one.solution.stderr(name)
+        return error > UNKNOWABLE * abs(value) and value < limit - SIGNIFICANT * error
 
     for member in level.members:
         dissipating = {term.name for term in member.model.terms if term.dissipates}

@@ -31,7 +31,7 @@ from undertow.quantities import OK, Estimate
 from undertow.recording.recording import Array
 from undertow.uncertainty.confidence import as_stderr, widening
 from undertow.uncertainty.hierarchy import Effect, Held, group_posterior, held_intervals
-from undertow.uncertainty.intervals import noise_covariance, residual_covariance
+from undertow.uncertainty.intervals import noise_covariance, noise_factors, residual_covariance
 
 WITHIN_NOISE = 2.0
 """Mean squared residual in units of noise up to which a fit needs no second start: what is left is noise."""
@@ -45,6 +45,9 @@ HALF_PERIODS = range(2, 17)
 
 WITHIN_COLOUR = 5.0
 """The same for a fit with random effects: coloured noise and drift, which differences of samples do not see."""
+
+REWEIGHED = 2
+"""So often noise is set to what a fit with random effects leaves: what the first leaves is bent by what it took up."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +123,8 @@ def fit_group(
     full = _problem(model, motions, options, scattering)
     known = dict(zip(plain.problem.names, plain.values.tolist(), strict=True))
     start = np.array([known.get(u.name, u.start) for u in full.unknowns])
-    return _group_fit(model, _fit_scattering(full, start))
+    search = _fit_weighed if scattering == "trials and means" else _fit_scattering
+    return _group_fit(model, search(full, start))
 
 
 def fit_alone(together: GroupFit, motion: Motion, options: TrialOptions) -> GroupFit:
@@ -142,6 +146,37 @@ def _fit_scattering(problem: Problem, start: Array) -> Solution:
         return grown
     direct = as_recorded(output_error.fit(problem, start, growing=False))
     return direct if direct.cost < grown.cost else grown
+
+
+def _fit_weighed(problem: Problem, start: Array) -> Solution:
+    """The fit with random effects and their means where the equation may be wrong: what it leaves is no sensor's noise,
+    and counted as such it outweighs all that dry trials say (a k forty of its errors off, with a mass to match). Noise
+    is as large as what was left where the motion is, and the search repeated with that.
+    """
+    found = _fit_scattering(problem, start)
+    for _ in range(REWEIGHED):
+        factors = noise_factors(found)
+        if max(float(np.max(f)) for f in factors) <= WITHIN_COLOUR:
+            return found
+        louder = [
+            replace(trial, channels=tuple(
+                replace(c, sigma=c.sigma * math.sqrt(f)) for c, f in zip(trial.channels, factor, strict=True)
+            )) for trial, factor in zip(problem.trials, factors, strict=True)
+        ]  # fmt: skip
+        found = _as_stated(_fit_scattering(Problem(problem.unknowns, tuple(louder)), start), problem, factors)
+    return found
+
+
+def _as_stated(found: Solution, problem: Problem, factors: Sequence[Array]) -> Solution:
+    """A fit with louder noise in units of the noise as stated; its covariance stays."""
+    sizes = [
+        np.repeat(np.sqrt(factor), trial.t.size) for trial, factor in zip(problem.trials, factors, strict=True)
+    ]
+    residuals = tuple(r * size for r, size in zip(found.residuals, sizes, strict=True))
+    jacobians = tuple(j * size[:, None] for j, size in zip(found.jacobians, sizes, strict=True))
+    chi2 = float(sum(r @ r for r in residuals))
+    cost = found.cost - found.chi2 + chi2
+    return replace(found, problem=problem, residuals=residuals, jacobians=jacobians, chi2=chi2, cost=cost)
 
 
 def _fit_plain(model: GroupModel, problem: Problem) -> Solution:

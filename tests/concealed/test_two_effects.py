@@ -201,6 +201,22 @@ def test_a_mass_taken_off_the_body_in_air_is_no_answer(dry):
     assert ("lighter than it is said to be" in doubt(level, lighter)) == dry
 
 
+def test_a_sign_is_not_read_off_a_number_of_which_nothing_is_known():
+    """Where two laws are the same the direction between them has no place in the covariance, and what it leaves is an
+    error of rounding: -48.8 +- 2.2e-13 N s/m had excluded the law that was there."""
+    level, fit = with_cubic_damping()
+    (drag,) = (c for c in level.members[0].model.coefficients if c.term == "quadratic_drag")
+    names = fit.solution.problem.names
+    place, other = names.index(drag.name), names.index("cubic_damping.Ns3_per_m3")
+    for share, fed in ((1e-6, True), (1e-14, False)):
+        values, covariance = fit.solution.values.copy(), fit.solution.covariance.copy()
+        values[place], values[other] = -48.8, 50.0 * fit.solution.stderr(names[other])
+        covariance[place, :] = covariance[:, place] = 0.0
+        covariance[place, place] = (share * 48.8) ** 2
+        feeding = replace(fit, solution=replace(fit.solution, values=values, covariance=covariance))
+        assert ("would feed energy into the motion" in doubt(level, feeding)) is fed
+
+
 def test_what_leaves_the_equation_feeding_energy_into_the_motion_is_no_answer():
     level, fit = with_cubic_damping()
     (drag,) = (c for c in level.members[0].model.coefficients if c.term == "quadratic_drag")

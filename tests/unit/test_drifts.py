@@ -41,7 +41,13 @@ def test_damping_that_doubles_with_amplitude_is_said_with_both_ends():
     found = amplitude_drifts(trials_with(values, AMPLITUDES, 20.0), "spring long")
     assert [d.parameter for d in found] == ["c_Ns_per_m"]
     assert found[0].chance < 1e-3
-    assert "from 500 at 10 mm to 1e+03 N s/m at 100 mm" in found[0].sentence
+    assert "from 500 at 10 mm to 1000 N s/m at 100 mm" in found[0].sentence
+    turning = [
+        replace(t, motion=replace(t.motion, recording=replace(t.motion.recording, coordinate="rotation")))
+        for t in trials_with(values, AMPLITUDES, 20.0)
+    ]
+    (said,) = amplitude_drifts(turning, "disc")
+    assert "from 500 at 0.01 rad to 1000 N s/m at 0.1 rad" in said.sentence
 
 
 def test_scatter_alone_drifts_no_more_often_than_stated():

@@ -867,6 +867,14 @@ def test_several_names_explain_it_together_and_come_closest_together():
     assert "explain" not in closest
 
 
+def test_a_name_that_leaves_more_describes_and_one_beside_something_else_comes_closest():
+    """"Explains it" stood before "the error goes from 33 % to 38 %" and "something else is missing too"."""
+    one = (case(), ["relaxation"], [], {}, 0.01, math.nan)
+    assert "Memory that relaxes describes it." in sentence_of(*one, False, (), left=True)
+    assert "Memory that relaxes comes closest." in sentence_of(*one, True, (), left=True)
+    assert "comes closest" in no_answer("spring short", sentence_of(*one, False, (), left=True), "why")
+
+
 @pytest.mark.parametrize(("value", "error", "more"), [(1.2, 0.1, True), (0.1, 0.2, False), (0.0, math.nan, False)])
 def test_damping_grows_with_amplitude_where_that_is_distinct_from_zero(value, error, more):
     one = {"mass_kg": Estimate(9.0, 0.1, unit="kg"), "natural_frequency_rad_per_s": Estimate(6.0, 0.01, unit="rad/s"),

@@ -13,16 +13,19 @@ import pytest
 
 from tests.findings_fixture import MARKUP, bare_findings, make_findings, named, small_findings
 from undertow.discrepancy.findings import FailedTrial, Findings
-from undertow.discrepancy.verdict import Described
+from undertow.discrepancy.verdict import Described, Gate
 from undertow.equation import registry
 from undertow.equation.equation import Equation
+from undertow.front.terminal.verdicts import status_said
 from undertow.quantities import Estimate
 from undertow.report import blocks
 from undertow.report.behind import repaired_block
 from undertow.report.extent import Extent, key_of
+from undertow.report.first_screen import level_sentences
 from undertow.report.group_figures import equation_svg
 from undertow.report.html import ROWS_AT_MOST, page, page_figures, write_report
 from undertow.report.style import page_style
+from undertow.report.verdict_file import group_json
 
 CONFIG_TEXT = f"name: {MARKUP}\ntitle: <b>&"
 MANIFEST = {
@@ -256,6 +259,19 @@ def test_a_status_is_said_in_words_and_colour(status: str, names: tuple[str, ...
     verdict = replace(verdict, alternatives=(("linear_damping",),) if status == "not_identifiable" else ())
     assert blocks.status_words(verdict) == words
     assert blocks.tone(verdict) == tone
+
+
+def test_what_leaves_more_than_noise_is_said_to_describe_on_page_and_terminal() -> None:
+    """19 times the sensors' noise left had a tag "explained with"."""
+    findings = replace(small_findings(), groups=(named(small_findings().groups[1]),))
+    (group,) = findings.groups
+    for passed, tag, cell in ((True, "explained with", "explained"), (False, "described by", "described")):
+        gate = Gate("left_above_noise", "mean squared residual over noise", 371.0, 2.5, passed)
+        verdict = replace(group.verdict, decision=(gate,))
+        assert blocks.status_words(verdict) == f"{tag} hidden resonator"
+        assert status_said(group_json(verdict)) == cell
+        (said,) = level_sentences(replace(findings, groups=(replace(group, verdict=verdict),)))
+        assert ("is described by" in said["text"]) is not passed
 
 
 def test_the_methods_table_marks_a_bound_and_the_printed_recipe() -> None:

@@ -21,11 +21,11 @@ from importlib.resources import files
 from typing import Any
 
 from undertow.comparison.limits import FAR_ABOVE_NOISE
-from undertow.discrepancy.verdict import Verdict
+from undertow.discrepancy.verdict import LEFT, Verdict
 from undertow.quantities import or_nan
 
-LEFT, STANDS_OUT, HIDES = "left_above_noise", "p_value", "upper_bound"
-"""The conditions that tell kinds apart: how much over the noise what is named leaves; how often such a level with
+STANDS_OUT, HIDES = "p_value", "upper_bound"
+"""The conditions that tell kinds apart beside how much over the noise what is named leaves: how often such a level with
 nothing missing stands out as much; how much can still hide in it."""
 
 NEARLY = 0.03

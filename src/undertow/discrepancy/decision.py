@@ -24,11 +24,10 @@ from undertow.comparison.null_test import NullTest
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY
 from undertow.comparison.support import MORE_LIKELY, support
 from undertow.discrepancy.alone import one_alone
-from undertow.discrepancy.calibration import LEFT
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.dry_check import CERTAIN, DryAnswer
 from undertow.discrepancy.validation import NEAR, Closeness
-from undertow.discrepancy.verdict import Gate, Verdict
+from undertow.discrepancy.verdict import LEFT, Gate, Verdict
 from undertow.discrepancy.wandering import as_what, left_share, wanders
 from undertow.discrepancy.words import percent, rarely, spelled
 

@@ -21,7 +21,7 @@ from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import condition_words, count, percent
 from undertow.equation.term import Array
 from undertow.methods.dry import DEFAULT_SCATTER
-from undertow.quantities import OK, Estimate
+from undertow.quantities import OK, Estimate, format_number
 from undertow.recording.recording import Condition
 
 METHOD = "output_error"
@@ -93,12 +93,14 @@ def amplitude_drifts(trials: Sequence[TrialFindings], label: str) -> tuple[Drift
         low, high, chance = _line(size, values, errors)
         if chance < FALSE_ALARM / len(known):
             unit = rows[0][1].unit
-            small, large = (1e3 * math.exp(s) for s in (size.min(), size.max()))
+            factor, swing = (1.0, "rad") if trials[0].motion.recording.coordinate == "rotation" else (1e3, "mm")
+            ends = (low, factor * math.exp(size.min()), high, factor * math.exp(size.max()))
+            first, small, last, large = (format_number(float(f"{end:.3g}")) for end in ends)
             found.append(
                 Drift(
                     name, "amplitude", chance,
-                    f"{label}: {name} goes with amplitude, from {low:.3g} at {small:.3g} mm to {high:.3g} {unit} at "
-                    f"{large:.3g} mm (chance {chance:.1g}); a constant does not",
+                    f"{label}: {name} goes with amplitude, from {first} at {small} {swing} to {last} {unit} "
+                    f"at {large} {swing} (chance {chance:.1g}); a constant does not",
                 )
             )  # fmt: skip
     return tuple(found)

@@ -20,14 +20,13 @@ from undertow.comparison.level import Level, Member
 from undertow.comparison.limits import WORTH
 from undertow.comparison.null_test import NullTest, SuspectTest
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY
-from undertow.discrepancy.calibration import LEFT
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import DOUBLED, NAMED, NO_ANSWER, gates, indistinct
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.naming import in_words, next_test
 from undertow.discrepancy.sentence import no_answer
 from undertow.discrepancy.validation import NEAR, Closeness
-from undertow.discrepancy.verdict import Gate, Status, Verdict
+from undertow.discrepancy.verdict import LEFT, Gate, Status, Verdict
 from undertow.discrepancy.words import percent, rarely, spelled
 from undertow.equation import registry
 from undertow.errors import IdentificationError

@@ -215,7 +215,7 @@ def _verdict(
         physical_check=_physics(case, found),
         next_test=next_test(names[0]),
         transfer=moved,
-        sentence=sentence_of(case, names, rivals, found, training, held, rest, known, own)
+        sentence=sentence_of(case, names, rivals, found, training, held, rest, known, own, bool(_left(diagnosis, case)))
         + changing_words(fit.addends) + transfer_words(moved)
         + (late_words(fit.addends) if len(names) == 1 and not rest else "")
         + (_biased(diagnosis) if diagnosis.named else "") + ("" if rest else _left(diagnosis, case)),

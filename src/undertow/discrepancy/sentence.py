@@ -15,14 +15,14 @@ from undertow.discrepancy.naming import in_words
 from undertow.discrepancy.words import either, least_sets, percent, spelled
 from undertow.quantities import Estimate
 
-EXPLAINS, TOGETHER = " explains it", " together explain it"
-"""What is said of what is named, and of several names."""
+EXPLAINS, DESCRIBES, CLOSEST = (
+    (" explains it", " together explain it"), (" describes it", " together describe it"),
+    (" comes closest", " together come closest"),
+)  # fmt: skip
+"""What is said of what is named, and of several names: of one that leaves more than noise, and of what is no answer."""
 
 SAID = 1.5
 """Standard errors from zero from which a law's numbers are said: 8e10 +- 8e10 tells nothing."""
-
-CLOSEST = {EXPLAINS: " comes closest", TOGETHER: " together come closest"}
-"""The same of what is no answer."""
 
 
 def sentence_of(
@@ -35,13 +35,15 @@ def sentence_of(
     rest: bool,
     known: Sequence[str],
     own: bool = False,
+    left: bool = False,
 ) -> str:
-    """A group's verdict as an engineer would say it: what is missed, what explains it, what an unseen trial says
-    (``own``: after a force of that trial's own size and phase was fitted to it)."""
+    """A group's verdict as an engineer would say it: what is missed, what explains it (``left``: describes it, for it
+    leaves more than noise), what an unseen trial says (``own``: after a force of that trial's own size and phase was
+    fitted to it)."""
     parts = [f"{case.label}: {_missed(case)}."]
     named = " and ".join(in_words(n, case.in_water) for n in dict.fromkeys(names))
     numbers = _numbers(found)
-    verb = EXPLAINS if len(set(names)) < 2 else TOGETHER
+    verb = (CLOSEST if rest else DESCRIBES if left else EXPLAINS)[len(set(names)) > 1]
     parts.append(f"{named[0].upper()}{named[1:]}{verb}{': ' if numbers else ''}{numbers}.")
     if known:
         said = " and ".join(spelled(n) for n in known)
@@ -90,7 +92,7 @@ def no_answer(label: str, sentence: str, because: str) -> str:
 closest. It is not the answer: the probability is 3 %.'
     """
     said = sentence.removeprefix(f"{label}: ")
-    for verb, closest in CLOSEST.items():
+    for verb, closest in zip((*EXPLAINS, *DESCRIBES), (*CLOSEST, *CLOSEST), strict=True):
         said = said.replace(verb, closest, 1)
     first = f"{label}: nothing that was tried is the answer, what is missing is unknown."
     return f"{first} {said[0].upper()}{said[1:]} It is not the answer: {because}."

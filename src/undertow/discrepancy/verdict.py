@@ -17,6 +17,9 @@ if TYPE_CHECKING:  # the search: reading and checking files, which hold verdicts
     from undertow.comparison.suspect import Origin
     from undertow.comparison.tail import Histogram
 
+LEFT = "left_above_noise"
+"""The condition that nothing but noise is left."""
+
 Status = Literal["explained", "nothing_missing", "present_but_small", "unknown", "not_identifiable", "cannot_tell"]
 
 
@@ -115,3 +118,17 @@ class Verdict:
     detectable: tuple[Detectable, ...] = ()
     not_testable: tuple[str, ...] = ()
     null: Histogram | None = None
+
+    @property
+    def describes(self) -> bool:
+        """Whether what is named is a description: it leaves more than noise."""
+        return is_description(self.status, {gate.gate: gate.passed for gate in self.decision})
+
+
+def is_description(status: str, passed: Mapping[str, bool]) -> bool:
+    """Whether a verdict with names says that they explain what is missing, though they leave more than noise.
+
+    >>> is_description("explained", {LEFT: False}), is_description("unknown", {LEFT: False})
+    (True, False)
+    """
+    return status in ("explained", "not_identifiable") and not passed.get(LEFT, True)

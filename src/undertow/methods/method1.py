@@ -157,6 +157,7 @@ def fit(motion: Motion, structure: Structure, specimen: Specimen) -> Fit:
     noise, systematic = _errors(motion, data, structure, specimen, (added, drag), rms)
     on_bound = added <= 0.0
     outcome = "added_mass_kg on its bound 0 kg" if on_bound else OK
+    apart = f"{rms:.3g} rad" if specimen.rotation else f"{1e3 * rms:.3g} mm"
     estimates = {
         "added_mass_kg": Estimate(
             added, math.nan if on_bound else noise[0], systematic[0], specimen.unit("kg"), "method1", outcome
@@ -166,7 +167,7 @@ def fit(motion: Motion, structure: Structure, specimen: Specimen) -> Fit:
             specimen.mass_kg + added, noise[0], systematic[0], specimen.unit("kg"), "method1", outcome
         ),
     }
-    return Fit("method1", (motion.name,), {}, estimates, outcome, (f"displacement RMS {rms * 1e3:.3g} mm",), "mass")
+    return Fit("method1", (motion.name,), {}, estimates, outcome, (f"displacement RMS {apart}",), "mass")
 
 
 def _errors(

@@ -83,6 +83,8 @@ def status_words(verdict: Verdict) -> str:
     named = named_effects(verdict).removesuffix(" + unknown")
     if verdict.status == "unknown":
         return f"{named} + unknown" if named else wording.STATUS_WORDS["unknown"]
+    if verdict.describes and verdict.status == "explained":
+        return f"described by {named}"
     if verdict.status == "not_identifiable" and named:
         return f"{wording.STATUS_WORDS[verdict.status]}: {either((named, *rival_words(verdict)))}"
     return f"{wording.STATUS_WORDS[verdict.status]} {named}".strip() if named else wording.STATUS_WORDS[verdict.status]

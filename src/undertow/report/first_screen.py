@@ -133,6 +133,8 @@ def verdict_clause(verdict: Verdict) -> str:
         _, *others = least_sets((verdict.verdict, *verdict.alternatives))
         rivals = (" and ".join(_words(name, verdict) for name in rival) for rival in others)
         return f"the equation leaves out {either((names, *rivals))}; the data cannot tell which"
+    if verdict.describes:
+        return f"what the equation leaves out is described by {names}, not to the noise"
     return f"the equation leaves out {names}"
 
 

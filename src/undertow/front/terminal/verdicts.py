@@ -19,7 +19,7 @@ from undertow.campaign.driven.run import DrivenFinished
 from undertow.campaign.run.folder import DOUBTS_PRINTED, Finished
 from undertow.discrepancy.calibration import conditions_of, record_for
 from undertow.discrepancy.findings import Findings
-from undertow.discrepancy.verdict import Described
+from undertow.discrepancy.verdict import Described, is_description
 from undertow.discrepancy.words import count, either, group_title, least_sets, percent
 from undertow.front.terminal.table import table_text
 from undertow.quantities import or_nan
@@ -69,11 +69,23 @@ def verdict_table(entries: Sequence[Entry]) -> Table:
     for one in entries:
         table.add_row(
             Text(group_title(one["group"])),
-            Text(STATUS_WORDS[one["status"]].removesuffix(" with"), style=COLOURS[one["status"]]),
+            Text(status_said(one), style=COLOURS[one["status"]]),
             Text(missing_words(one)), *errors_words(one), percent(or_nan(one["repeatability_nrmse"])),
             probability_words(one),
         )  # fmt: skip
     return table
+
+
+def status_said(entry: Entry) -> str:
+    """A group's status in words; a name that leaves more than noise describes.
+
+    >>> status_said({"status": "explained", "decision": [{"gate": "left_above_noise", "passed": False}]})
+    'described'
+    """
+    described = is_description(entry["status"], {gate["gate"]: gate["passed"] for gate in entry.get("decision", ())})
+    if described and entry["status"] == "explained":
+        return "described"
+    return STATUS_WORDS[entry["status"]].removesuffix(" with")
 
 
 def errors_words(entry: Entry) -> tuple[str, str]:

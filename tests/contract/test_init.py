@@ -254,6 +254,25 @@ def test_a_text_that_is_no_table_is_not_what_is_blamed(tmp_path: Path) -> None:
         start(tmp_path)
 
 
+def test_two_columns_without_names_are_time_and_displacement_where_the_first_rises_evenly(
+    capsys: Capture, tmp_path: Path
+) -> None:
+    for at in range(3):
+        table = recorded(0.04, at)[:, :2]
+        np.savetxt(tmp_path / f"r{at}.txt", table, fmt="%.7g")
+    said = undertow(capsys, "init", tmp_path)
+    assert said.code == 0
+    assert "columns have no names: 0, which rises evenly, is taken as the time in s and 1 as disp" in said.out
+    config = load(tmp_path / "undertow.yaml")
+    assert Checker(config, config.catalogue())(planned(config).entries[0]).contradiction == ""
+    (tmp_path / "undertow.yaml").unlink()
+    table[20, 0] = table[19, 0]  # a clock that stands still is none
+    for at in range(3):
+        np.savetxt(tmp_path / f"r{at}.txt", table, fmt="%.7g")
+    with pytest.raises(ConfigError, match=r"2 columns without names: 0 \(0 to .*\), 1 "):
+        start(tmp_path)
+
+
 def test_a_folder_of_driven_records_has_a_config_that_runs_as_it_is(capsys: Capture, tmp_path: Path) -> None:
     """A driven record does not decay: tried as a decay none could be used, and the run took all of them."""
     for seed in (1, 2):

@@ -171,13 +171,12 @@ def method_label(method: str) -> str:
     return METHOD_LABELS.get(method, method.replace("_", " "))
 
 
-_PLAIN_WORDS = ("decay", "baseline")
-"""Methods that are words of the language too: they are methods after "by" alone."""
-
+_PLAIN_WORDS = ("decay", "baseline")  # words of the language too: they are methods after "by" alone
 _CONTRACT_NAME = re.compile(
     rf"(?<!\bby )\b(?:{'|'.join(_PLAIN_WORDS)})\b"
     rf"|\b({'|'.join(sorted((*_NAMES, *METHOD_LABELS), key=len, reverse=True))})(_per_mass)?\b"
 )
+_LAW_S = re.compile(r"\b[a-z]+(?:_[a-z]+)*_Ns?\d?(?:_\w+)?\b")
 
 
 def in_plain_words(text: str) -> str:
@@ -187,6 +186,8 @@ def in_plain_words(text: str) -> str:
     ('added mass by output error differs', 'stiffness per mass (16)')
     >>> in_plain_words("exclude what is no decay; the others by decay")
     'exclude what is no decay; the others by decay envelope'
+    >>> in_plain_words("stiffness (3), cubic_stiffness_N_per_m3 (1.2)")
+    'stiffness (3), cubic stiffness (1.2)'
     """
     def words(found: re.Match[str]) -> str:
         name = found.group(1)
@@ -196,7 +197,7 @@ def in_plain_words(text: str) -> str:
             return METHOD_LABELS[name].lower().replace("sindy", "SINDy")
         return f"{_NAMES[name].words}{' per mass' if found.group(2) else ''}"
 
-    return _CONTRACT_NAME.sub(words, text)
+    return _LAW_S.sub(lambda found: parameter_name(found.group()).words, _CONTRACT_NAME.sub(words, text))
 
 
 _TRIAL_S_NAME = r"(?:(?<=\btrial )|(?<=\btrials ))[\w.-]+(?:, [\w.-]*\d[\w.-]*)*"
@@ -394,5 +395,5 @@ def problem_of(estimate: Estimate) -> str:
     'added mass on its bound 0 kg'
     """
     if estimate.outcome != OK:
-        return in_plain_words(estimate.outcome)
+        return reason_words(estimate.outcome)
     return "" if math.isfinite(estimate.total_stderr) else "no error bar"

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import undertow
 from tests.concealed.test_diagnosis import member
 from tests.concealed.test_small_effects import found, stands
 from undertow.comparison import search
@@ -20,6 +21,7 @@ from undertow.comparison.search import diagnose
 from undertow.comparison.suspects import chosen
 from undertow.comparison.two_effects import best_pairs
 from undertow.equation import registry
+from undertow.equation.equation import Equation
 
 LOOKED_FOR = ("linear_damping", "cubic_stiffness", "quintic_stiffness", "hysteresis", "relaxation")
 HARD, JOINT, YIELD = 5e7, 33e3, 0.011
@@ -165,3 +167,21 @@ def test_what_has_no_evidence_alone_is_tried_beside_an_answer_that_is_near():
     assert said.best.fit.misfit < 1.1
     value, error = (at("cubic_stiffness.N_per_m3@short") for at in (said.best.fit.value, said.best.fit.solution.stderr))
     assert abs(value - 5e6) < 3.0 * error < 1e6
+
+
+def test_a_spring_whose_square_and_cube_keep_the_period_is_named_by_both() -> None:
+    """As an air spring's: the square softens and the cube hardens it, so that the cube alone shows nothing, and a loop
+    that never yields takes the square's place first, leaves nine times the noise and lies within what repeats."""
+    rng, runs = np.random.default_rng(3), []
+    names = ("stiffness", "viscous_damping", "asymmetric_stiffness", "cubic_stiffness")
+    for at, x0 in enumerate((0.02, 0.03, 0.04, 0.05, 0.06)):
+        numbers = (42e3 * (1.0 + 0.003 * rng.standard_normal()), 130.0 * (1.0 + 0.02 * rng.standard_normal()))
+        air = Equation(tuple(map(registry.find, names)), (*numbers, -3.1e5, 2.2e6), mass_kg=300.0)
+        run = undertow.simulate(air, x0=x0, rate_hz=60.0, duration_s=8.0)
+        runs.append(run.recorded(noise_m=5e-5, seed=at, name=f"r{at}"))
+    said = undertow.diagnose(undertow.read(runs), list(names[:2]), mass_kg=300.0, scatter={"k": 0.004, "c": 0.02})
+    (group,) = said.groups
+    assert set(group.verdict.verdict) == {"asymmetric_stiffness", "cubic_stiffness"}
+    numbers = group.verdict.parameters
+    assert numbers["cubic_stiffness"]["N_per_m3"].value == pytest.approx(2.2e6, rel=0.1)
+    assert numbers["asymmetric_stiffness"]["N_per_m2"].value == pytest.approx(-3.1e5, rel=0.05)

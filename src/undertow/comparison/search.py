@@ -117,12 +117,12 @@ class _Search(Trying):
 
     def _from_another_first(self) -> tuple[Candidate, float] | None:
         """Two effects, with the free run's error, that are more probable than an answer which leaves much of what lies
-        far above noise, and more than repetitions differ by: of two strong effects either may hide what the other alone
-        would explain. A lone force that changes along the record, with numbers of its own in every trial, may hold
-        any two that die out, and a release that leaves more than noise any that die out at once."""
+        far above noise, and, of several effects, more than repetitions differ by: of two strong effects either may hide
+        what the other alone would explain. A lone force that changes along the record, with numbers of its own in every
+        trial, may hold any two that die out, and a release that leaves more than noise any that die out at once."""
         noisy, lone = self.best.fit.misfit > FAR_ABOVE_NOISE, len(self.best.suspects) == 1
+        far = noisy and (lone or self.error > 1.0) and not explains(self.null, self.best, ALL)
         lone = lone and (changes(self.best.fit.addends[-1]) or (noisy and self.best.suspects[0].of_the_release))
-        far = self.error > 1.0 and noisy and not explains(self.null, self.best, ALL)
         return self._other_pair(self.best.suspects[:1]) if lone or (far and self.best.suspects) else None
 
     def _in_place_of_two(self) -> tuple[Candidate, float] | None:

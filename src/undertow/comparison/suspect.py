@@ -105,7 +105,8 @@ class Suspect:
     ``fades``: a memory that rings in nothing; ``recurs``: half a period later, turned, it looks much alike; ``plain``:
     damping, which is what such a memory amounts to at one frequency. ``like`` names what no decay tells it from;
     ``without_sliding`` what it is called where no friction slides beside it; ``often_beside`` another effect of the
-    same water, so that it is tried there without evidence of its own; ``of_angles``: an angle is its coordinate.
+    same water or another power of the same spring, so that it is tried there without evidence of its own;
+    ``of_angles``: an angle is its coordinate.
     ``words`` and ``next_test`` are those of an effect that is no law of the registry.
     """
 

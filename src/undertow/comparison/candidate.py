@@ -311,7 +311,8 @@ def _feeds(level: Level, fit: JointFit, before: JointFit | None) -> str:
         if name not in one.values:
             return False
         value, error = one.value(name), one.solution.stderr(name)
-        return error > UNKNOWABLE * abs(value) and value < limit - SIGNIFICANT * error
+        unknown = 0.0 < error <= UNKNOWABLE * abs(value)  # none at all: on its bound
+        return not unknown and value < limit - SIGNIFICANT * error
 
     for member in level.members:
         dissipating = {term.name for term in member.model.terms if term.dissipates}

@@ -8,17 +8,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from undertow.comparison.level import Member
 from undertow.equation.kernel import SLOT
+from undertow.likelihood.group import Coefficient
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.problem import Link, ProblemBuilder
 from undertow.methods.dry import believed
 from undertow.quantities import Estimate
+from undertow.recording.recording import Array
 from undertow.uncertainty.confidence import widening
+from undertow.uncertainty.repeats import mean_over, scatter_between
+
+FEWEST_OF_ITS_OWN, KNOWN_APART = 3, 0.3
+"""Trials that show how much they differ, and the share of what they were believed to differ by within which each knows
+its own number then."""
 
 SLOTS: Mapping[str, str] = {"k": "k1", "c": "c1", "mu": "fc"}
 """Where k, c, mu stand in the parameter vector."""
@@ -71,10 +78,42 @@ def learned_mean(member: Member, solution: Solution, symbol: str) -> Estimate | 
     }  # fmt: skip
     if estimate is None or not weights:
         return None
-    at, weight = list(weights), np.array(list(weights.values()))
-    variance = float(weight @ solution.covariance[np.ix_(at, at)] @ weight)
-    value = estimate.value + float(weight @ solution.values[at])
-    return Estimate(value, math.sqrt(max(variance, 0.0)), unit=estimate.unit, source="joint fit")
+    common = np.zeros(solution.values.size)
+    common[list(weights)] = list(weights.values())
+    error = math.sqrt(max(float(common @ solution.covariance @ common), 0.0))
+    found = _of_its_trials(member, solution, symbol, common, 1.0) if member.own_means else None
+    found = found or Estimate(float(common @ solution.values), error, source="joint fit")
+    return replace(found, value=estimate.value + found.value, unit=estimate.unit)
+
+
+def mean_of_own(member: Member, solution: Solution, coefficient: Coefficient, name: str) -> Estimate | None:
+    """A group's own k, c or mu as `_of_its_trials` has it, None where that is not to be had."""
+    symbol = next((s for s, slot in SLOTS.items() if slot == coefficient.slot), "")
+    common = np.zeros(solution.values.size)
+    common[solution.problem.names.index(name)] = 1.0
+    found = _of_its_trials(member, solution, symbol, common, 1.0 / coefficient.factor)
+    return None if found is None else replace(found, unit=coefficient.unit)
+
+
+def _of_its_trials(
+    member: Member, solution: Solution, symbol: str, common: Array, scale: float
+) -> Estimate | None:
+    """The mean of a number over trials that each know their own (``common`` (unknowns,) of them all, and ``scale``
+    times the trial's deviation) far better than they were believed to differ: that belief may be of fits which lacked a
+    law, and makes the joint fit's error, not the trials. None elsewhere, where it is no better, below three trials."""
+    names = solution.problem.names
+    own = [names.index(n) for motion in member.motions if (n := f"{symbol}[{motion.name}]") in names]
+    if len(own) < FEWEST_OF_ITS_OWN:
+        return None
+    weights = np.tile(common, (len(own), 1))
+    weights[np.arange(len(own)), own] += scale
+    values, variance = weights @ solution.values, np.einsum("ip,pq,iq->i", weights, solution.covariance, weights)
+    errors, believed_std = np.sqrt(np.maximum(variance, 0.0)), solution.problem.unknowns[own[0]].prior_std
+    if not np.all((variance > 0.0) & (errors < KNOWN_APART * abs(scale) * believed_std)):
+        return None
+    mean, error = mean_over(values, errors, scatter_between([(values, errors)]))
+    better = error < math.sqrt(max(float(common @ solution.covariance @ common), 0.0))
+    return Estimate(mean, error, source="joint fit") if better else None
 
 
 def structure_links(builder: ProblemBuilder, member: Member, trial: str) -> list[Link]:

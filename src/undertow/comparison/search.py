@@ -112,18 +112,24 @@ class _Search(Trying):
             self.best = first
             pairs += self._as_far_as_possible(1)
         self.best = stands
-        self.found += pairs
+        self.found = [*self.found, *pairs]
         return pairs
 
     def _from_another_first(self) -> tuple[Candidate, float] | None:
         """Two effects, with the free run's error, that are more probable than an answer which leaves much of what lies
         far above noise, and, of several effects, more than repetitions differ by: of two strong effects either may hide
         what the other alone would explain. A lone force that changes along the record, with numbers of its own in every
-        trial, may hold any two that die out, and a release that leaves more than noise any that die out at once."""
-        noisy, lone = self.best.fit.misfit > FAR_ABOVE_NOISE, len(self.best.suspects) == 1
-        far = noisy and (lone or self.error > 1.0) and not explains(self.null, self.best, ALL)
-        lone = lone and (changes(self.best.fit.addends[-1]) or (noisy and self.best.suspects[0].of_the_release))
-        return self._other_pair(self.best.suspects[:1]) if lone or (far and self.best.suspects) else None
+        trial, may hold any two that die out, and a release that leaves more than noise any that die out at once. In
+        place of one effect that comes as close as repetitions two must explain nearly all of it."""
+        noisy, one = self.best.fit.misfit > FAR_ABOVE_NOISE, len(self.best.suspects) == 1
+        short = noisy and not explains(self.null, self.best, ALL)
+        any_two = one and (changes(self.best.fit.addends[-1]) or (noisy and self.best.suspects[0].of_the_release))
+        if any_two or (short and self.error > 1.0 and self.best.suspects):
+            return self._other_pair(self.best.suspects[:1])
+        found, pair = self.found, self._other_pair(self.best.suspects) if one and short else None
+        if pair is None or not explains(self.null, pair[0], ALL):
+            self.found, pair = found, None  # what only describes is no rival of what was not looked for either
+        return pair
 
     def _in_place_of_two(self) -> tuple[Candidate, float] | None:
         """Two effects, with the free run's error, that are more probable than two beside which a third is likely: of a

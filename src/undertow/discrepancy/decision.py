@@ -41,6 +41,9 @@ WORSE_SHARE = 0.02
 """What is named is not proved where it takes unseen trials further away by more than repeating a test does, or by more
 than this share of the motion."""
 
+SLOW = "a sensor that wanders, the ground, or a slow push (wind, a hand)"
+"""What wanders."""
+
 LEFT_SHARE = 0.02
 """What k, c, mu of each trial's own leave of the motion, more than noise, is something that is missing from here on
 (the same share by which unseen trials are further away), however much trials differ. Of 156 levels with nothing missing
@@ -210,7 +213,7 @@ def _more_than_noise(case: Case, diagnosis: LevelDiagnosis, tested: NullTest) ->
     misfit = diagnosis.null.fit.misfit
     goes_on = misfit > FAR_ABOVE_NOISE and wanders(diagnosis.null.fit)
     because = "nothing stands out, and " + (
-        "what the equation leaves is slower than the motion: a sensor that wanders, or the ground"
+        f"what the equation leaves is slower than the motion: {SLOW}"
         if goes_on
         else f"{case.own} of each trial's own leave no more than noise: trials may differ by more than is known"
     )
@@ -231,7 +234,7 @@ def _left_over(case: Case, diagnosis: LevelDiagnosis) -> Gate:
         f"sensors' noise, and repetitions that differ by {percent(case.allowed)} hide it"
     )
     wandering = share > LEFT_SHARE and wanders(fit)
-    because += ": a sensor that wanders, or the ground" if wandering else ""
+    because += f": {SLOW}" if wandering else ""
     lacking = "more" if wandering else "left"
     one = one_alone(case, fit)
     if one is not None and one.share > LEFT_SHARE and not (one.largest and lacking == "left" and share > LEFT_SHARE):

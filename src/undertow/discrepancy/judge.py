@@ -16,6 +16,7 @@ import numpy as np
 from undertow.comparison.by_trials import FEWEST_TRIALS, with_errors_by_trials
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, evidence_by_name
 from undertow.comparison.common_gains import with_common_gains
+from undertow.comparison.deviations import mean_of_own
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import free_run_error, with_own_errors
 from undertow.comparison.level import Addend, Level, Member, full_name, make_level, member_rate
@@ -328,7 +329,8 @@ def _all_parameters(
         name = c.name if c.name in fit.solution.problem.names else f"{c.name}@{case.member.label}"
         if name not in fit.solution.problem.names:
             continue  # an addition took its place
-        numbers[c.name] = Estimate(fit.value(name), fit.solution.stderr(name), 0.0, c.unit, "joint fit")
+        together = Estimate(fit.value(name), fit.solution.stderr(name), 0.0, c.unit, "joint fit")
+        numbers[c.name] = mean_of_own(case.member, fit.solution, c, name) or together
     numbers = with_scale_error(numbers | learned_structure(case.member, fit), case.specimen)
     for name, many in found.items():
         for i, one in enumerate(many):

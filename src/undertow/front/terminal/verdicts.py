@@ -41,18 +41,24 @@ REASONS_PRINTED = 3
 CERTAIN = 0.99
 """From here on a probability is printed as "over 99 %": calibration says no more."""
 
+DESCRIBED = "described"
+"""The cell of a group that is explained by what leaves more than noise."""
+
 Entry = Mapping[str, Any]
 """A group's entry of verdict.json."""
 
 
-def counted(statuses: Mapping[str, int]) -> str:
+def counted(statuses: Mapping[str, int], described: int = 0) -> str:
     """How many groups have each status, the most frequent first.
 
     >>> counted({"explained": 3, "nothing_missing": 5})
     '8 groups: 5 nothing missing, 3 explained'
+    >>> counted({"explained": 3}, described=1)
+    '3 groups: 3 explained (1 of them described: more than noise is left)'
     """
+    more = f" ({described} of them {DESCRIBED}: more than noise is left)" if described else ""
     words = [
-        f"{number} {STATUS_WORDS[status].removesuffix(' with')}"
+        f"{number} {STATUS_WORDS[status].removesuffix(' with')}{more if status == 'explained' else ''}"
         for status, number in sorted(statuses.items(), key=lambda pair: -pair[1])
     ]
     return f"{count(sum(statuses.values()), 'group')}: {', '.join(words)}"
@@ -84,7 +90,7 @@ def status_said(entry: Entry) -> str:
     """
     described = is_description(entry["status"], {gate["gate"]: gate["passed"] for gate in entry.get("decision", ())})
     if described and entry["status"] == "explained":
-        return "described"
+        return DESCRIBED
     return STATUS_WORDS[entry["status"]].removesuffix(" with")
 
 
@@ -148,10 +154,12 @@ def run_text(finished: Finished | DrivenFinished, width: int = 0, colour: bool =
         why = [one for one in why if one not in finished.sentence]
         return "\n".join([*map(true_minus, (table, counted(number), *why, finished.sentence)), last_line(finished)])
     shown, extent, doubts = finished.findings.groups, finished.extent, finished.findings.doubts
-    lines = [table_text(verdict_table([group_json(g.verdict) for g in shown]), width, colour)]
+    entries = [group_json(g.verdict) for g in shown]
+    lines = [table_text(verdict_table(entries), width, colour)]
     if more := extent.groups - len(shown):
         lines.append(f"{count(more, 'more group')}: {finished.folder / 'verdict.json'}")
-    lines.append(counted(extent.statuses))
+    described = sum(status_said(one) == DESCRIBED for one in entries)
+    lines.append(counted(extent.statuses, described))
     lines += no_gain_lines(finished.findings)
     said = {g.label: sentence_words(g.verdict.sentence, g.label) for g in shown}
     if not verbose:

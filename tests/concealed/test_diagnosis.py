@@ -217,7 +217,7 @@ def test_what_is_tried_on_top_may_stay_unfinished(monkeypatch):
 
     monkeypatch.setattr(search._Search, "_within_budget", limited)
     monkeypatch.setattr("undertow.comparison.search.FAR_ABOVE_NOISE", 0.0)  # as if it left more than noise
-    found = diagnose(level, chosen(("linear_damping", "cubic_stiffness", "hysteresis", "hidden_resonator")))
+    found = diagnose(level, chosen(("linear_damping", "quintic_stiffness", "hysteresis", "hidden_resonator")))
     assert found.unfinished == ()
     beside = [promising for depth, promising, _ in order if depth]
     assert {True, False} <= set(beside)

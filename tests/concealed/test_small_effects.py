@@ -492,16 +492,19 @@ def test_what_leaves_no_more_than_noise_is_not_passed_over_for_a_description_tha
 
 
 @pytest.mark.parametrize(
-    ("error", "left", "score", "changing", "answer"),
+    ("error", "left", "score", "changing", "pair", "answer"),
     [
-        (6.0, 4000.0, 60.0, False, "external_forcing"), (0.9, 4000.0, 60.0, False, ""), (6.0, 500.0, 60.0, False, ""),
-        (6.0, 900.0, 60.0, False, "external_forcing"), (6.0, 4000.0, 16.0, False, ""),
-        (0.9, 1.5, 60.0, True, "external_forcing"), (0.9, 1.5, 16.0, True, ""),
+        (6.0, 4000.0, 60.0, False, 1.0, "external_forcing"), (0.9, 4000.0, 60.0, False, 1.0, "external_forcing"),
+        (0.9, 4000.0, 60.0, False, 900.0, ""), (6.0, 4000.0, 60.0, False, 900.0, "external_forcing"),
+        (6.0, 500.0, 60.0, False, 1.0, ""), (6.0, 900.0, 60.0, False, 1.0, "external_forcing"),
+        (6.0, 4000.0, 16.0, False, 1.0, ""), (0.9, 1.5, 60.0, True, 1.0, "external_forcing"),
+        (0.9, 1.5, 16.0, True, 1.0, ""),
     ],
 )  # fmt: skip
-def test_two_strong_effects_are_found_from_another_first_one(monkeypatch, error, left, score, changing, answer):
-    """An echo took up a third of what a force and a resonator leave; the pair is looked for beside the force. So it is
-    where a force that changes along the record (here in the echo's place) left no more than noise."""
+def test_two_strong_effects_are_found_from_another_first_one(monkeypatch, error, left, score, changing, pair, answer):
+    """An echo took up a third of what a force and a resonator leave; the pair is looked for beside the force, and where
+    the echo is as close as repetitions must explain nearly all (else it is no rival either). So it is looked for where
+    a force that changes along the record (here in the echo's place) left no more than noise."""
     monkeypatch.setattr(search, "changes", lambda addend: changing and addend == "delayed_echo")
     monkeypatch.setattr(search, "free_run_error", lambda _, fit: fit.miss)
 
@@ -517,7 +520,7 @@ def test_two_strong_effects_are_found_from_another_first_one(monkeypatch, error,
 
     def beside(depth: int) -> list[SimpleNamespace]:
         tried.append(state.best)
-        return [one(("external_forcing", "hidden_resonator"), score, 1.0)]
+        return [one(("external_forcing", "hidden_resonator"), score, pair)]
 
     state = SimpleNamespace(
         level=None, null=null, best=echo, error=error, found=[null, echo, other, force],
@@ -528,7 +531,8 @@ def test_two_strong_effects_are_found_from_another_first_one(monkeypatch, error,
     ahead = search._Search._from_another_first(state)
     assert ("" if ahead is None else ahead[0].suspects[0].name) == answer
     assert state.best is echo
-    assert tried == ([force] if changing or (error > 1.0 and left > 600.0) else [])
+    assert tried == ([force] if changing or left > 600.0 else [])
+    assert (len(state.found) == 5) is (bool(tried) and (bool(answer) or error > 1.0 or changing))
 
 
 def test_a_release_that_leaves_more_than_noise_is_held_against_pairs(monkeypatch):

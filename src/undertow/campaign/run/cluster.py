@@ -37,7 +37,7 @@ def on_cluster(address: str) -> Iterator[None]:
         raise ConfigError("--scheduler needs Dask, which is not installed; pip install 'undertow[dask]'") from reason
     try:
         client: Any = cast(Any, Client)(address, timeout=PATIENCE_S)
-    except (OSError, ValueError, TypeError) as reason:
+    except (OSError, ValueError, TypeError, AssertionError) as reason:  # the last: its own loop did not start in time
         why = str(reason) or type(reason).__name__
         raise ConfigError(
             f"--scheduler {address!r} cannot be reached ({why}); give the address that the scheduler printed, such as "

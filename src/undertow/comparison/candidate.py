@@ -30,8 +30,7 @@ FEEDS, FEEDING = 2.0, "feed energy into the motion"
 
 UNKNOWABLE = 1e-10
 """A standard error below that share of its value is one of rounding: nothing is known of that number (two laws are the
-same there, and the direction between them is left out of the covariance).
-"""
+same there, and the direction between them is left out of the covariance)."""
 
 NAMING_PROBABILITY = 0.99
 """Posterior probability from which a name is said."""

@@ -271,6 +271,11 @@ def test_two_columns_without_names_are_time_and_displacement_where_the_first_ris
         np.savetxt(tmp_path / f"r{at}.txt", table, fmt="%.7g")
     with pytest.raises(ConfigError, match=r"2 columns without names: 0 \(0 to .*\), 1 "):
         start(tmp_path)
+    table[:, 0] = np.arange(len(table))
+    for at in range(3):
+        np.savetxt(tmp_path / f"r{at}.txt", table, fmt="%.7g")
+    with pytest.raises(ConfigError, match=r"no column looks like time: give channels.time: \{rate_hz: \.\.\.\}"):
+        start(tmp_path)
 
 
 def test_a_folder_of_driven_records_has_a_config_that_runs_as_it_is(capsys: Capture, tmp_path: Path) -> None:

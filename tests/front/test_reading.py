@@ -362,6 +362,20 @@ def test_a_unit_that_nobody_says_is_refused(decay, tmp_path):
         undertow.read(path)
 
 
+def test_two_columns_without_names_are_time_and_displacement_as_init_takes_them(decay, tmp_path):
+    path = tmp_path / "r1.txt"
+    np.savetxt(path, table_of(decay), fmt="%.9g")
+    scipy.io.savemat(tmp_path / "r1.mat", {"d": table_of(decay).to_numpy()})
+    for source in (path, tmp_path / "r1.mat", pd.DataFrame(table_of(decay).to_numpy())):
+        read = undertow.read(source, units={"displacement": "mm"})
+        assert read[0].amplitude == pytest.approx(0.1, rel=0.01)
+        with pytest.raises(RecordingError, match=r"displacement \(column 1\) has no unit; say it, as in units="):
+            undertow.read(source)
+    rows = pd.DataFrame(np.column_stack([np.arange(len(decay.time)), decay.channels["displacement"]]))
+    with pytest.raises(RecordingError, match=r'column 0 counts rows and is no time; say rate_hz=.*"displ.*": 1'):
+        undertow.read(rows, units={"displacement": "mm"})
+
+
 def test_trials_one_below_another_are_refused_with_the_column_that_counts_them(decay, tmp_path):
     both = pd.concat([table_of(decay).assign(run=name) for name in "ab"])
     with pytest.raises(RecordingError, match=r"the table holds 2 trials one below another \(by column 'run'\): give"):

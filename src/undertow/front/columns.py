@@ -15,7 +15,7 @@ import pandas as pd
 from undertow.errors import RecordingError
 from undertow.recording.catalogue import ChannelSpec, TimeSpec
 from undertow.recording.layout import Column
-from undertow.recording.propose import name_and_unit, propose_mapping, step_in_doubt
+from undertow.recording.propose import counts_rows, name_and_unit, propose_mapping, step_in_doubt, two_without_names
 from undertow.recording.recording import CHANNELS, Array, Coordinate
 from undertow.recording.stacked import stacked
 from undertow.recording.units import KNOWN, factor_to_si, is_unit_of
@@ -146,6 +146,8 @@ def _guessed(
             f'columns={{{clock}"{quantity}": {alike[0]!r}}}; if each is a trial, give undertow.read a list of tables, '
             "each with the time and one of them"
         )
+    if not proposal.channels and rate_hz is None and len(numbers.columns) == len(table.columns):
+        proposal = two_without_names(numbers) or proposal
     chosen = {quantity: spec.columns for quantity, spec in proposal.channels.items()}
     if not chosen:
         for quantity, spec in propose_mapping(numbers).channels.items():  # a unit that fits no channel hides its own
@@ -154,6 +156,11 @@ def _guessed(
         if empty := [column for column in table.columns if table[column].isna().all()]:
             raise RecordingError(
                 f"column {empty[0]!r} holds no number: all {len(table)} values are missing; leave this trial out"
+            )
+        if len(numbers.columns) > 1 and counts_rows(numbers[numbers.columns[0]]):
+            raise RecordingError(
+                f"column {numbers.columns[0]!r} counts rows and is no time; say rate_hz=... and what the others hold, "
+                f'as in columns={{"displacement": {numbers.columns[-1]!r}}}'
             )
         raise RecordingError(
             f"none of the columns {_shown(table)} is named like a channel and holds numbers; say which, as in "

@@ -47,6 +47,9 @@ SLOW_S = 1.0
 LONGEST_NAME = 400
 """Characters of a column's name in which a unit is looked for; the search takes the square of them."""
 
+FEWEST_ROWS, UNEVEN = 20, 3.0
+"""Rows from which on a column that rises may be a clock, and by how much its longest step may exceed the usual one."""
+
 _UNIT_IN_NAME = re.compile(r"^(?P<stem>.*?)\s*(?:[\[(]\s*(?P<bracket>[^\])]*)\s*[\])]|_(?P<tail>[A-Za-z°%/^0-9]+))\s*$")
 AS_FAR = 0.9
 """Columns that move by this share of the one that moves furthest move as far: which does is the noise's."""
@@ -173,6 +176,39 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
     return Proposal(time, channels, coordinate, tuple(remarks), tuple(doubts), alike)
 
 
+def two_without_names(table: pd.DataFrame) -> Proposal | None:
+    """Time and displacement, in SI and with a doubt that says so, of a table of two columns without names of which the
+    first rises evenly and does not count rows; None of another table.
+
+    >>> table = pd.DataFrame({0: np.arange(20) * 0.01, 1: np.zeros(20)})
+    >>> two_without_names(table).channels["displacement"].columns
+    (1,)
+    """
+    if table.shape[1] != 2 or len(table) < FEWEST_ROWS or not all(isinstance(name, int) for name in table.columns):
+        return None
+    steps = np.diff(table.iloc[:, 0].to_numpy(dtype=np.float64))
+    if not np.isfinite(steps).all() or not steps.min() > 0.0 or steps.max() > UNEVEN * float(np.median(steps)):
+        return None
+    if counts_rows(table.iloc[:, 0]):
+        return None
+    clock, where = table.columns
+    said = (
+        f"columns have no names: {clock}, which rises evenly, is taken as the time in s and {where} as displacement in "
+        "m; correct both under recordings.channels where they are something else"
+    )
+    channels = {"displacement": ChannelSpec((where,), "m")}
+    return Proposal(TimeSpec(clock, "s"), channels, remarks=(said,), doubts=(said,))
+
+
+def counts_rows(column: pd.Series) -> bool:
+    """Whether a column (n,) rises by one from row to row.
+
+    >>> counts_rows(pd.Series([3.0, 4.0, 5.0])), counts_rows(pd.Series([0.0, 0.01]))
+    (True, False)
+    """
+    return bool(np.all(np.diff(column.to_numpy(dtype=np.float64)) == 1.0))
+
+
 def step_in_doubt(times: pd.Series) -> float:
     """The step of times (n,) whose unit nobody says, where it would be `SLOW_S` or more: they may be milliseconds, or
     rows' numbers. 0 where it is shorter.
@@ -192,7 +228,7 @@ def _clock(found: Sequence[tuple[Column, str]], table: pd.DataFrame) -> tuple[Ti
         return None, ["no column looks like time; give channels.time: {rate_hz: ...}"]
     named = [one for one in found if speaks_of_time(one[0])]
     column, unit = (named or found)[0]
-    if not named and not unit and np.all(np.diff(table[column].to_numpy(dtype=np.float64)) == 1.0):
+    if not named and not unit and counts_rows(table[column]):
         return None, [f"column {column!r} counts rows and is no time; give channels.time: {{rate_hz: ...}}"]
     return TimeSpec(column, unit or "s"), [f"column {one!r} is not mapped" for one, _ in found if one != column]
 

@@ -10,15 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from undertow.errors import RecordingError
-from undertow.recording.channels import ChannelSpec, TimeSpec
 from undertow.recording.excel import EXCEL
 from undertow.recording.layout import FileFormat
 from undertow.recording.parts import FOLLOWED
-from undertow.recording.propose import Proposal, propose_mapping
+from undertow.recording.propose import Proposal, propose_mapping, two_without_names
 from undertow.recording.propose_layout import propose_layout
 from undertow.recording.propose_response import ResponseProposal, propose_response
 from undertow.recording.readers import READERS, read_table, suffix_of, tables_in
@@ -26,9 +24,6 @@ from undertow.recording.text import read_text
 
 TABLES_LOOKED_AT = 12
 """Tables of one file that are read: a file with more holds many trials, and its first ones show the layout."""
-
-FEWEST_ROWS, UNEVEN = 20, 3.0
-"""Rows from which on a column that rises may be a clock, and by how much its longest step may exceed the usual one."""
 
 
 @dataclass(frozen=True)
@@ -68,24 +63,13 @@ def propose_file(path: Path) -> FileProposal:
         raise failed or RecordingError(f"{path} holds no table; is it a recording?")
     first = next((one for one in seen if one.complete), None)
     first = first or next((one for one in seen if one.proposal.channels), seen[0])
-    return _of_two(_with_others(first, [one for one in seen if one is not first]))
+    return _of_two(_with_others(first, [one for one in seen if one is not first]), len(seen))
 
 
-def _of_two(found: FileProposal) -> FileProposal:
-    """The same of a table of two columns without names of which the first rises evenly: a time and where the body is,
-    in SI, and a doubt that says so."""
-    if found.layout.header or found.complete or found.table.shape[1] != 2 or len(found.table) < FEWEST_ROWS:
-        return found
-    steps = np.diff(found.table.iloc[:, 0].to_numpy(dtype=np.float64))
-    if not np.isfinite(steps).all() or not steps.min() > 0.0 or steps.max() > UNEVEN * float(np.median(steps)):
-        return found
-    clock, where = found.table.columns
-    said = (
-        f"columns have no names: {clock}, which rises evenly, is taken as the time in s and {where} as displacement in "
-        "m; correct both under recordings.channels where they are something else"
-    )
-    channels = {"displacement": ChannelSpec((where,), "m")}
-    return replace(found, proposal=Proposal(TimeSpec(clock, "s"), channels, remarks=(said,), doubts=(said,)))
+def _of_two(found: FileProposal, tables: int) -> FileProposal:
+    """The same of a file's only table with two columns without names (`two_without_names`)."""
+    proposal = None if found.complete or tables > 1 else two_without_names(found.table)
+    return found if proposal is None else replace(found, proposal=proposal)
 
 
 def _layouts(path: Path) -> Sequence[FileFormat]:

@@ -103,6 +103,14 @@ class Estimate:
             self, value=self.value * factor, stderr=self.stderr * size, systematic=self.systematic * size, unit=unit
         )
 
+    def in_rotation(self) -> Estimate:
+        """The same estimate with the unit that it has where an angle is the coordinate.
+
+        >>> print(Estimate(2.0, 0.1, unit="N s/m").in_rotation())
+        2.00 ± 0.10 N m s/rad
+        """
+        return replace(self, unit=unit_in_rotation(self.unit))
+
     def __str__(self) -> str:
         return format_estimate(self)
 

@@ -26,7 +26,7 @@ from undertow.errors import ConfigError, RecordingError
 from undertow.likelihood.fit import Specimen
 from undertow.quantities import Estimate
 from undertow.recording.recording import Recording
-from undertow.report.difference import _found, lead_of, sure_of
+from undertow.report.difference import _found, difference_json, lead_of, sure_of
 
 SPRING_N_PER_M = 109_600.0
 PLAIN = equation_15(2637.4, 300.0, 590.0, SPRING_N_PER_M, 170.0, 1000.0)
@@ -264,6 +264,16 @@ def test_a_rotation_is_not_compared_with_a_translation(tmp_path):
     turned.write_text(recording.read_text().replace("disp_mm", "roll_deg").replace("accel_mps2", "other"))
     with pytest.raises(RecordingError, match="looks like a rotation, the recording's like a translation"):
         differ(turned, recording)
+
+
+def test_numbers_of_two_angles_are_moments_without_a_config_too():
+    one, other = (moved(PLAIN, noisy=noisy) for noisy in (False, True))
+    turned = [replace(m, recording=replace(m.recording, coordinate="rotation")) for m in (one, other)]
+    said = difference_json(compare_motions(turned[0], turned[1]))
+    units = [row["recording"]["unit"] for row in said["terms"] if row["recording"]]
+    assert all("N m" in unit or "kg m^2" in unit for unit in units), units
+    assert r"N\,m" in said["equations"]["recording"]["latex"]
+    assert r"\mathrm{N/m" not in said["equations"]["recording"]["latex"]
 
 
 def test_a_simulation_in_another_unit_lacks_no_physics(tmp_path):

@@ -122,6 +122,27 @@ def test_a_number_that_differs_is_named_with_its_standard_errors_and_no_other(wi
     assert "differs in stiffness (" in found.sentence
 
 
+def test_an_angle_is_drawn_in_degrees_and_its_numbers_are_moments(lacking, tmp_path, capsys):
+    turns = CONFIG.replace("unit: m}", "unit: rad}").replace("unit: N,", "unit: N m,")
+    turns = turns.replace("equation: {", "equation: {coordinate: rotation, ")
+    (tmp_path / "turns.yaml").write_text(turns)
+    pair = ("--simulation", lacking / "simulation.csv", "--recording", lacking / "recording.csv")
+    said = command(capsys, "differ", *pair, "--config", tmp_path / "turns.yaml", "--out", tmp_path)
+    assert said.code == 0, said.err
+    page, found = (tmp_path / "differ.html").read_text(), json.loads((tmp_path / "differ.json").read_text())
+    assert ">angle<" in page
+    assert ">(°)<" in page
+    assert "(mm)" not in page
+    assert "an angle in rad moves" in page
+    numbers = page.partition("Numbers, with the laws of both")[2].partition("</table>")[0]
+    assert "N m/rad" in numbers
+    assert " N/m<" not in numbers
+    units = {row["name"]: row["recording"]["unit"] for row in found["terms"]}
+    assert units["stiffness.k_N_per_m"] == "N m/rad"
+    assert units["mass_kg"] == "kg m^2"
+    assert "N s²/m²" not in said.out
+
+
 def test_files_of_other_columns_are_refused(with_drag):
     one = record(with_drag)
     other = replace(one, outputs={"velocity": np.gradient(one.outputs["displacement"], one.t)})

@@ -59,6 +59,7 @@ def write_difference(difference: Difference, folder: Path) -> Path:
 def difference_json(difference: Difference) -> dict[str, Any]:
     """The comparison as plain values; what is not finite is None."""
     d, m, cycles = difference, difference.mismatch, difference.cycles
+    turns = d.recording.motion.recording.coordinate == "rotation"
     verdict, names = d.recording.verdict, {"simulation": d.simulation, "recording": d.recording}
     said: dict[str, Any] = plain({
         "version": VERSION,
@@ -71,7 +72,7 @@ def difference_json(difference: Difference) -> dict[str, Any]:
         "repeatability_nrmse": m.repeatability_nrmse,
         "sensor_floor_nrmse": m.sensor_floor_nrmse,
         "terms": [vars(row) for row in d.rows],
-        "equations": {name: _equation(side) for name, side in names.items()},
+        "equations": {name: _equation(side, turns) for name, side in names.items()},
         "where": {
             "time": {"early": m.share_early, "middle": m.share_middle, "late": m.share_late},
             "line": {"frequency_hz": m.line_frequency_hz, "share": m.line_share},
@@ -92,10 +93,10 @@ def difference_json(difference: Difference) -> dict[str, Any]:
     return said
 
 
-def _equation(side: Side) -> dict[str, Any]:
+def _equation(side: Side, rotation: bool) -> dict[str, Any]:
     equation = side.fit.equation()
     return {
-        "text": equation.text(side.fit.equation_errors()), "latex": equation.to_latex(numbers=True),
+        "text": equation.text(side.fit.equation_errors()), "latex": equation.to_latex(numbers=True, rotation=rotation),
         "terms": [t.name for t in side.terms], "nrmse_of_its_own_motion": side.run.nrmse,
     }  # fmt: skip
 

@@ -22,7 +22,7 @@ from undertow.discrepancy.words import group_title, percent
 from undertow.equation.driven_laws import find_driven
 from undertow.equation.equation import Equation
 from undertow.equation.term import Term
-from undertow.quantities import Estimate, Mover, or_nan, unit_in_rotation
+from undertow.quantities import Estimate, Mover, or_nan
 from undertow.report import blocks
 from undertow.report.behind import number_row
 from undertow.report.expressions import is_per_mass, numeric_latex
@@ -354,9 +354,7 @@ def _believe(one: PagePart) -> str:
 
 def _turned(one: PagePart, number: Estimate | None) -> Estimate | None:
     """A number with the unit of a rotation where an angle is the coordinate."""
-    if number is None or not one.rotation or "rad" in number.unit:
-        return number
-    return Estimate(number.value, number.stderr, number.systematic, unit=unit_in_rotation(number.unit))
+    return number if number is None or not one.rotation else number.in_rotation()
 
 
 def _caption(one: PagePart, key: str, driven: WrittenEquation) -> Markup:

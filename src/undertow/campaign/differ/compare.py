@@ -56,6 +56,8 @@ def compare_motions(
             f"the simulation gives {channels[0]} and the recording {channels[1]}; both need the same: say with "
             "--config which columns are what"
         )
+    if recording.recording.coordinate == "rotation":  # two files without a config say it by their units alone
+        specimen = replace(specimen, rotation=True)
     library = _library(terms)
     mine, theirs = _kept(simulation, library), _kept(recording, library)
     first, second = fitted(simulation, mine, specimen), fitted(recording, theirs, specimen)

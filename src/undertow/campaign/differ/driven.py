@@ -31,7 +31,7 @@ from undertow.methods.driven import DrivenFit, fit_driven, free_run
 from undertow.methods.driven_begin import START_SAMPLES
 from undertow.quantities import Estimate
 from undertow.recording.catalogue import read_trial
-from undertow.recording.recording import Array
+from undertow.recording.recording import Array, Coordinate
 from undertow.report.difference import listed_in_words
 from undertow.report.driven_figures import draw_held_back, draw_whole
 from undertow.report.driven_page import Made, PagePart, PageTable, Picture, page_html
@@ -50,7 +50,8 @@ VERSION = 1
 class DrivenDifference:
     """``lacks``: laws that the recording asks for and the simulation does not; ``extra``: the other way; ``rows``: the
     numbers of both with the laws of both; ``run`` (n,): the simulation's own equation under the recording's input, that
-    misses ``missed`` of the motion (rms over rms) beyond its start, where the recording's own misses ``own``."""
+    misses ``missed`` of the motion (rms over rms) beyond its start, where the recording's own misses ``own``;
+    ``coordinate``: of a rotation, numbers are moments and inertias."""
 
     simulation: DrivenFit
     recording: DrivenFit
@@ -61,6 +62,7 @@ class DrivenDifference:
     run: Array
     missed: float
     own: float
+    coordinate: Coordinate = "translation"
 
     @property
     def far(self) -> tuple[str, ...]:
@@ -74,9 +76,9 @@ class DrivenDifference:
         if self.extra:
             words.append(f"has {listed_in_words(self.extra)}, which the recording does not show")
         said = [
-            f"{parameter_words(row.name)} ({row.simulation} there, {row.recording} in the recording, "
-            f"{plain_number(row.sigmas, 2)} standard errors)"
-            for row in self.rows if row.sigmas > FAR
+            f"{parameter_words(row.name)} ({estimate_text(row.simulation)} there, {estimate_text(row.recording)} in "
+            f"the recording, {plain_number(row.sigmas, 2)} standard errors)"
+            for row in self.rows if row.simulation and row.recording and row.sigmas > FAR
         ]  # fmt: skip
         if said:
             words.append(f"differs in {', '.join(said)}")
@@ -92,6 +94,7 @@ def compare_driven(
     laws: DrivenLaws,
     suspects: Sequence[str] | None = None,
     seed: int = 0,
+    coordinate: Coordinate = "translation",
 ) -> DrivenDifference:
     """A driven simulation against a recording of the same body, whatever input either had.
 
@@ -112,8 +115,8 @@ def compare_driven(
     )
     run, rest = (free_run(recording, one.best, START_SAMPLES) for one in found)
     missed, left = (_missed(recording, one) for one in (run, rest))
-    rows = _rows(first.estimates, second.estimates)
-    return DrivenDifference(first, second, lacks, extra, rows, recording, run, missed, left)
+    rows = _rows(*(_turned(one.estimates, coordinate) for one in (first, second)))
+    return DrivenDifference(first, second, lacks, extra, rows, recording, run, missed, left, coordinate)
 
 
 def _as_noisy(trial: DrivenTrial, noise: Mapping[str, float], seed: int) -> DrivenTrial:
@@ -134,6 +137,11 @@ def _with(fitted: DrivenFit, trial: DrivenTrial, missing: Sequence[str]) -> Driv
     laws = fitted.started
     starts = {f"{term.name}.{term.coefficient.name}": max(0.0, term.coefficient.lower) for term in terms}
     return fit_driven([trial], replace(laws, terms=(*laws.terms, *terms), starts={**starts, **laws.starts}), windows=0)
+
+
+def _turned(numbers: Mapping[str, Estimate], coordinate: Coordinate) -> Mapping[str, Estimate]:
+    """Numbers with the units that they have in this coordinate."""
+    return numbers if coordinate == "translation" else {name: one.in_rotation() for name, one in numbers.items()}
 
 
 def _rows(mine: Mapping[str, Estimate], theirs: Mapping[str, Estimate]) -> tuple[TermRow, ...]:
@@ -162,7 +170,8 @@ def differ_driven(simulation: Path, recording: Path, config: RunConfig) -> Drive
         trial = trial_of(here, entry, read_trial(entry, here.catalogue()))
         must_drive(trial.name, trial.quantity, trial.u)
         trials.append(replace(trial, name=what))
-    return compare_driven(trials[0], trials[1], driven_laws(config), config.discrepancy.named, config.seed)
+    suspects, coordinate = config.discrepancy.named, config.equation.coordinate
+    return compare_driven(trials[0], trials[1], driven_laws(config), suspects, config.seed, coordinate)
 
 
 def write_driven(found: DrivenDifference, folder: Path) -> None:
@@ -186,7 +195,7 @@ def _page_part(found: DrivenDifference) -> PagePart:
         table.append((parameter_words(row.name), *shown, sigmas))  # type: ignore[arg-type]
     trial = found.trial
     names = "simulation's equation", ""
-    runs = Runs(trial.t, trial.outputs[trial.main], found.run, None, drawn_channel(trial, "translation"),
+    runs = Runs(trial.t, trial.outputs[trial.main], found.run, None, drawn_channel(trial, found.coordinate),
                 clock="time (s)", called=names)  # fmt: skip
     with page_style():
         first = svg_text(draw_held_back(runs, new_figure(*FIRST_IN)))
@@ -204,4 +213,5 @@ def _page_part(found: DrivenDifference) -> PagePart:
         None, found.sentence, "", written(found.simulation, trial), written(found.recording, trial), numbers,
         Picture(first, caption), [Picture(whole, "The same over the whole recording.")],
         [PageTable("Numbers, with the laws of both", table, folded=False)], called=("simulation", "recording"),
+        rotation=found.coordinate == "rotation",
     )  # fmt: skip

@@ -77,7 +77,7 @@ def judged(motion: Motion, terms: Sequence[Term], label: str, specimen: Specimen
     The search is per total mass, which fixes the size of every unknown; what it finds is given in kilograms where the
     specimen's stiffness is known.
     """
-    fit = fitted(motion, terms)
+    fit = fitted(motion, terms, replace(UNKNOWN, rotation=specimen.rotation))
     run = let_go(motion, fit)
     allowed = allowed_error(motion, run)
     member = Member(label, fit.model, (motion,), TrialOptions(), not motion.window.held)

@@ -3,6 +3,7 @@ refused with what to do, or read as what it is."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -52,11 +53,54 @@ def test_a_point_beside_a_decimal_comma_is_no_number_whatever_the_config_says(tm
         read_table(file, FileFormat(decimal=","))
 
 
-@pytest.mark.parametrize("cell", ["00:58.010", "-32,310.5", "11:59:58:010"])
+@pytest.mark.parametrize("cell", ["00:58.010", "-32310.5.", "11:59:58:010"])
 def test_a_cell_that_no_mark_makes_a_number_is_shown_with_its_line(tmp_path, cell):
     file = write(tmp_path / "r1.txt", "t\tx", "{}\t{}", [cell] * TIME.size, ["1.5"] * TIME.size)
     with pytest.raises(RecordingError, match=rf"'{cell}' in line 200 is no number: save such cells as plain numbers"):
         propose_layout(file)
+
+
+@pytest.mark.parametrize(
+    ("cell", "mark", "plain"),
+    [("-32,310.5", "','", "-32310.5"), ("1.234,5", "'.'", "1234,5"), ("1'234.5", '"\'"', "1234.5"),
+     ("12 345,6", "' '", "12345,6"), ("1.234.567", "'.'", "1234567")],
+)  # fmt: skip
+def test_a_number_with_parted_thousands_is_said_with_its_mark_and_as_it_should_be(tmp_path, cell, mark, plain):
+    file = write(tmp_path / "r1.txt", "t;x", "{};{}", [f"{t:.2f}" for t in TIME], [cell] * TIME.size)
+    said = rf"it parts thousands with {re.escape(mark)}; save the file without that mark, as {re.escape(plain)}$"
+    with pytest.raises(RecordingError, match=rf"{re.escape(cell)}. in line 200 is read as no number: {said}"):
+        propose_layout(file)
+    with pytest.raises(RecordingError, match=rf"column 'x', line 2: .{re.escape(cell)}. is not a number; {said}"):
+        read_table(file, FileFormat(separator=";"))
+
+
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_thousands_are_no_decimals_where_whole_numbers_stand_beside_them(tmp_path, decimal):
+    """Read as decimals, 40013 became 40.013 and 987 stayed, and nothing was said of it."""
+    counts = np.round(1e6 * MOTION_M).astype(int)
+    written = [f"{n:,}".replace(",", decimal) for n in counts]
+    file = write(tmp_path / "r1.csv", "t [ms];x", "{};{}", [f"{1e3 * t:.0f}" for t in TIME], written)
+    layout = propose_layout(file)
+    assert layout.decimal == decimal
+    with pytest.raises(RecordingError, match=rf"line 2: '50\{decimal}000' seems to be 50000 with parted tho"):
+        read_table(file, layout)
+    with pytest.raises(RecordingError, match=rf"line 3: '49\{decimal}725' seems to be 49725 with parted"):
+        read_table(write(file, "t;x", "{};{}", ["1"] * TIME.size, ["987", *written[1:]]), layout)
+
+
+@pytest.mark.parametrize("form", ["{:.3f}", "{:.7g}", "{:.3g}"])
+def test_three_decimals_are_decimals_where_they_are_written_so(tmp_path, form):
+    values = 500.0 + np.round(1e3 * MOTION_M, 3)
+    values[7] = 501.0
+    file = write(tmp_path / "r1.csv", "t,x", "{},{}", [f"{t:.2f}" for t in TIME], [form.format(v) for v in values])
+    assert read_table(file, propose_layout(file))["x"].to_numpy() == pytest.approx(values, abs=0.6)
+
+
+def test_a_comma_that_may_part_thousands_is_not_taken_for_a_decimal_comma_alone(tmp_path):
+    times = [f"{1e3 * t:,.0f}" for t in TIME]
+    file = write(tmp_path / "r1.csv", "t;x", "{};{}", times, [f"{v:.6f}" for v in MOTION_M])
+    with pytest.raises(RecordingError, match=r"'1,000' is not a number; set decimal: ',', or save the file with"):
+        read_table(file, FileFormat())
 
 
 def test_quoted_decimal_commas_between_commas_are_read(tmp_path):

@@ -19,6 +19,7 @@ from undertow.recording.layout import DECIMALS, FileFormat
 from undertow.recording.propose import is_unit
 from undertow.recording.readers import suffix_of
 from undertow.recording.text import is_number, sniff, text_of
+from undertow.recording.thousands import parted
 
 LINES_LOOKED_AT = 200
 """Lines from the beginning in which the data must have begun."""
@@ -63,12 +64,22 @@ def propose_layout(path: Path, variable: str | None = None) -> FileFormat:
     beside = [found for decimal, head in heads.items() if (found := _beside_texts(head, decimal, excel)) is not None]
     if beside:
         return replace(max(beside, key=lambda found: (found[0], found[1].header))[1], variable=variable)
+    told = _thousands(heads["."])
+    if told:
+        raise RecordingError(f"{path}: {told}")
     looked_at = max((head[-1].number for head in heads.values() if head), default=0)
     raise RecordingError(
         f"{path}: {NO_TABLE} {looked_at} lines; is it a recording? set "
         f"recordings.skip_rows where its data begin later; fewer than {FEWEST_ROWS} rows are no table"
         + _about_the_last(heads)
     )
+
+
+def _thousands(rows: Sequence[_Row]) -> str:
+    """That the last row has a number with parted thousands, in a sentence; empty where it has none."""
+    cells, line = (rows[-1].cells, rows[-1].number) if len(rows) > FEWEST_ROWS else ((), 0)
+    found = ((cell, parted(cell)) for cell in cells)
+    return next((f"{cell!r} in line {line} is read as no number: {said}" for cell, said in found if said), "")
 
 
 def _about_the_last(heads: Mapping[str, Sequence[_Row]]) -> str:

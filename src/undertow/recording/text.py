@@ -22,11 +22,13 @@ from undertow.errors import RecordingError
 from undertow.recording.layout import DECIMALS, Column, FileFormat, pick
 from undertow.recording.limits import LIMITS, LONGEST_LINE, Limits
 from undertow.recording.stamps import STAMPED, is_stamp, seconds_of_texts
+from undertow.recording.thousands import first_parted, may_be_parted, parted
 
 _SEPARATORS = (";", "\t", "|", ",")
 _WHITESPACE = r"\s+"
 _SNIFFED_LINES = 20
 _DECIMAL_COMMA = re.compile(r"^\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*$")
+_THOUSANDS = re.compile(r"^\s*[+-]?\d{1,3},\d{3}\s*$")
 _LINE_END = re.compile(rb"\r\n|\n|\r")
 _MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
 _NO_TABLE = (pd.errors.ParserError, pd.errors.ParserWarning, pd.errors.EmptyDataError)
@@ -134,6 +136,8 @@ def table_of(path: Path, content: bytes, layout: FileFormat, columns: Sequence[C
     if columns is None and (able := [at for at in chosen if not _all_texts(frame[at])]):
         chosen = able
     mark = layout.decimal
+    for at in chosen:
+        _must_not_part_thousands(path, names[at], frame[at], content, head, separator, layout)
     table = pd.DataFrame({names[at]: _numbers(path, names[at], frame[at], content, head, mark) for at in chosen})
     table.attrs[STAMPED] = tuple(names[at] for at in chosen if _holds_stamps(frame[at]))
     if layout.unit_row:
@@ -219,7 +223,10 @@ def is_number(text: str, decimal: str) -> bool:
     return True
 
 
-def _parse(path: Path, content: bytes, head: _Head, separator: str, layout: FileFormat, width: int) -> pd.DataFrame:
+def _parse(
+    path: Path, content: bytes, head: _Head, separator: str, layout: FileFormat, width: int, texts: bool = False
+) -> pd.DataFrame:
+    """The table's cells: numbers where all of a column's are, or ``texts`` as they are written."""
     stream = io.BytesIO(content)
     stream.seek(head.offset)
     try:
@@ -228,11 +235,31 @@ def _parse(path: Path, content: bytes, head: _Head, separator: str, layout: File
             return pd.read_csv(
                 stream, sep=separator, decimal=layout.decimal, header=None, names=range(width), encoding="utf-8",
                 encoding_errors="replace", index_col=False, engine="c", low_memory=False, skipinitialspace=True,
+                dtype=str if texts else None,
             )  # fmt: skip
     except (*_NO_TABLE, ValueError, OverflowError) as error:
         raise RecordingError(
             f"{path} is no table with separator {separator!r}: {str(error).strip()}; give recordings.separator"
         ) from error
+
+
+def _must_not_part_thousands(
+    path: Path, name: Column, column: pd.Series, content: bytes, head: _Head, separator: str, layout: FileFormat
+) -> None:
+    """RecordingError where a column's decimals are thousands: as written, which numbers no longer show."""
+    if column.dtype.kind != "f" or not may_be_parted(column.to_numpy()):
+        return
+    written = _parse(path, content, head, separator, layout, column.name + 1, texts=True)[column.name]
+    at = first_parted(map(str.strip, written.dropna()), layout.decimal)
+    if at is None:
+        return
+    row = int(written.dropna().index[at])
+    text = str(written[row]).strip()
+    raise RecordingError(
+        f"{path}: column {name!r}, line {_line_of(path, content, head, row)}: {text!r} seems to be "
+        f"{text.replace(layout.decimal, '')} with parted thousands: every number of the column has three digits behind "
+        "the mark or no mark, and none lies between 0 and 1; save the file without that mark, or with all decimals"
+    )
 
 
 def _numbers(path: Path, name: Column, column: pd.Series, content: bytes, head: _Head, decimal: str) -> pd.Series:
@@ -256,7 +283,10 @@ def _numbers(path: Path, name: Column, column: pd.Series, content: bytes, head: 
     at = int(wrong.to_numpy().argmax())
     text = str(column.iloc[at])
     advice = "set decimal: ','" if _DECIMAL_COMMA.match(text) else "repair the file, or skip the lines above its data"
-    if decimal != "." and "." in text:
+    advice += ", or save the file without the comma if it parts thousands" if _THOUSANDS.match(text) else ""
+    if said := parted(text):
+        advice = said
+    elif decimal != "." and "." in text:
         advice = f"the decimal mark is {decimal!r}: if the point parts thousands, save the file without it"
     text = text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
     line = _line_of(path, content, head, at)
@@ -264,11 +294,11 @@ def _numbers(path: Path, name: Column, column: pd.Series, content: bytes, head: 
 
 
 def _all_texts(column: pd.Series) -> bool:
-    """Whether no cell of a column is a number, with whatever decimal mark, or a stamp, and one is there."""
+    """Whether no cell of a column is a number, with whatever marks, or a stamp, and one is there."""
     cells = column.dropna()
     if not cells.size or cells.dtype.kind in "fiub":
         return False
-    return not any(is_number(text, decimal) for text in map(str, cells) for decimal in DECIMALS)
+    return not any(parted(text) or any(is_number(text, mark) for mark in DECIMALS) for text in map(str, cells))
 
 
 def _holds_stamps(column: pd.Series) -> bool:

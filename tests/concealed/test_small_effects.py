@@ -386,18 +386,19 @@ def test_bristles_stand_for_a_loop_beside_which_nothing_slides_and_what_was_foun
     monkeypatch.setattr(search, "free_run_error", lambda _, fit: fit.miss)
     monkeypatch.setattr(search.explained, "slides", lambda candidate: candidate.slides)
 
-    def one(names: tuple[str, ...], miss: float, slides: float = 0.0) -> SimpleNamespace:
-        return SimpleNamespace(
-            suspects=tuple(found(n) for n in names), names=names, fit=SimpleNamespace(miss=miss), slides=slides
-        )
+    def one(names: tuple[str, ...], miss: float, slides: float = 0.0, score: float = 0.0) -> SimpleNamespace:
+        suspects, fit = tuple(found(n) for n in names), SimpleNamespace(miss=miss)
+        return SimpleNamespace(suspects=suspects, names=names, fit=fit, slides=slides, score=score)
 
-    loop = one(("cubic_stiffness", "hysteresis"), 1.0)
+    loop = one(("cubic_stiffness", "hysteresis"), 1.0, score=0.99 * search.OVERWHELMING)
     bristles = [one(names, 2.0 + i) for i, names in enumerate([
         ("presliding",), ("quintic_stiffness", "presliding"), ("cubic_stiffness", "presliding"),
     ])]  # fmt: skip
     plainer = partial(search._Search._plainer, SimpleNamespace(level=None, found=[], error=1.0))
     assert plainer((loop, 1.0), [loop, *bristles]) == (bristles[-1], 4.0)
     assert plainer((loop, 1.0), [loop, *bristles[:-1]]) == (loop, 1.0)
+    likelier = one(loop.names, 1.0, score=1.01 * search.OVERWHELMING)
+    assert plainer((likelier, 1.0), [likelier, *bristles]) == (likelier, 1.0)
     monkeypatch.setattr(search.explained, "single_fading", lambda _: False)
     rubs = one(("cubic_stiffness", "hysteresis"), 1.0, slides=1.0)
     assert plainer((rubs, 1.0), [rubs, *bristles]) == (rubs, 1.0)

@@ -236,7 +236,7 @@ class _Search(Trying):
 
     def _plainer(self, ahead: tuple[Candidate, float], probable: Sequence[Candidate]) -> tuple[Candidate, float]:
         """Linear damping instead of a memory that does not ring, where the free run cannot tell them apart; bristles in
-        friction's place instead of hysteresis beside which no friction is left.
+        friction's place instead of hysteresis beside which no friction is left, unless that is far more probable.
 
         Waves radiated away leave a memory; a spring's own damping (and added mass) is what it amounts to at that
         spring's frequency. It is then called damping that depends on frequency, with the reason. A memory that is more
@@ -244,7 +244,8 @@ class _Search(Trying):
         """
         (candidate, error), bent = ahead, ahead[0].suspects[-1].without_sliding
         if bent and explained.slides(candidate) < SLIDING:
-            bristles = [c for c in probable if c.names == (*candidate.names[:-1], bent)]
+            names, least = (*candidate.names[:-1], bent), candidate.score - OVERWHELMING
+            bristles = [c for c in probable if c.names == names and c.score > least]
             return (bristles[0], free_run_error(self.level, bristles[0].fit)) if bristles else ahead
         if not explained.single_fading(candidate):
             return ahead

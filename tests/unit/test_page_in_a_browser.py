@@ -123,6 +123,34 @@ def test_on_a_phone_the_whole_page_stays_within_the_screen_and_reads_downwards(
     assert set(heights) == {1}  # a value stands in one line with its error
 
 
+@pytest.mark.parametrize("width", [1080, 1280])
+def test_the_table_of_all_groups_needs_no_scrolling_and_a_number_breaks_before_its_error_alone(
+    tab: Page, tmp_path: Path, width: int
+) -> None:
+    findings = named_findings()
+    groups = [replace(g, key={"spring": "short and stiff", **g.key, "water_depth_m": d / 100})
+              for d in range(150, 258, 18) for g in findings.groups]  # fmt: skip
+    many = write_report(replace(findings, groups=tuple(groups)), tmp_path, {})
+    tab.shape(width, 900)
+    tab.open(many)
+    box = "document.querySelector('table.all').parentElement"
+    assert tab.run(f"{box}.scrollWidth") <= tab.run(f"{box}.clientWidth")
+    numbers = tab.run("[...document.querySelectorAll('table.all td.n')].map((e) => e.textContent)")
+    assert any("±\u00a0" in number for number in numbers)
+    assert not any("± " in number or "→ " in number for number in numbers)
+
+
+def test_beside_the_picture_of_few_groups_stand_their_sentences_and_no_empty_half(tab: Page, written: Path) -> None:
+    tab.shape(1280, 900)
+    tab.open(written)
+    box = "(e) => document.querySelector(e).getBoundingClientRect()"
+    picture, said, last = (tab.run(f"(({box})('{one}')).toJSON()") for one in
+                           ("figure.first svg", "ul.levels", "p.caption"))  # fmt: skip
+    assert said["left"] > picture["right"]
+    assert said["top"] < picture["bottom"]
+    assert max(said["bottom"], last["bottom"]) > picture["bottom"] - 0.2 * picture["height"]
+
+
 def test_the_button_changes_the_theme_of_page_and_figures(page: Page) -> None:
     ink = "getComputedStyle(document.querySelector('figure.first svg text')).fill"
     before = page.run(ink)

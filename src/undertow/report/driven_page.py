@@ -26,7 +26,7 @@ from undertow.quantities import Estimate, Mover, or_nan
 from undertow.report import blocks
 from undertow.report.behind import number_row
 from undertow.report.expressions import is_per_mass, numeric_latex
-from undertow.report.first_screen import verdict_clause
+from undertow.report.first_screen import place_of, verdict_clause
 from undertow.report.group_figures import equation_svg
 from undertow.report.html import ROWS_AT_MOST, SEPARATOR, Inliner, anchors
 from undertow.report.style import page_style
@@ -306,12 +306,13 @@ def _first_screen(groups: Sequence[PagePart], names: Sequence[str], best: int) -
         {"value": value.replace("more than ", "> "), "words": words, "tone": tone}
         for value, words, tone in shown.numbers
     ]
-    alone = len(groups) == 1
+    boxes = {"columns": [], "rows": [{"head": "", "cells": cells}]}
     return {
-        "tag": {"words": identities[0]["status"], "tone": identities[0]["tone"]} if alone and said else {},
-        "sentences": said, "more": "", "alone": alone and shown.first is not None,
+        "tag": {"words": identities[0]["status"], "tone": identities[0]["tone"]} if len(groups) == 1 and said else {},
+        "sentences": said, "more": "",
+        "place": "" if not shown.first else "beside" if len(groups) == 1 else place_of(said, boxes),
         "shown": {"caption": shown.first.caption, "numbers": numbers} if shown.first else {},
-        "grid": {"columns": [], "rows": [{"head": "", "cells": cells}]},
+        "grid": boxes,
     }  # fmt: skip
 
 

@@ -33,6 +33,13 @@ from undertow.report.wording import confidence_words, unbroken
 SENTENCES_AT_MOST = 8
 """Levels that have a sentence on the first screen: more would push the picture away."""
 
+LINES_BESIDE, LINES_SPLIT = 12, 30
+"""Lines of text that are as high as the picture without its numbers and caption, and with them, on a page of 1280
+pixels."""
+
+LETTERS_A_LINE, LINES_A_ROW = 58, 3
+"""Letters of a sentence on half of the page, and lines that are as high as a row of boxes with its gap."""
+
 
 @dataclass(frozen=True)
 class Shown:
@@ -75,19 +82,36 @@ def shown_trial(findings: Findings) -> Shown | None:
 
 
 def first_screen(findings: Findings, anchors: Sequence[str]) -> Block:
-    """``sentences`` (with ``more`` of them), the trial that is ``shown`` with its numbers, and the ``grid``; a group
-    that is ``alone`` has what is said beside its picture."""
+    """``sentences`` (with ``more`` of them), the trial that is ``shown`` with its numbers, the ``grid``, and
+    the ``place`` of the sentences (`place_of`)."""
     said = level_sentences(findings)
     more = len(said) - SENTENCES_AT_MOST
-    shown = shown_trial(findings)
+    shown, boxes = shown_trial(findings), grid(findings, anchors)
     return {
         "tag": {},
         "sentences": said[:SENTENCES_AT_MOST],
         "more": f"{more} more in the table below" if more > 0 else "",
         "shown": {} if shown is None else trial_block(shown, anchors),
-        "grid": grid(findings, anchors),
-        "alone": shown is not None and len(findings.groups) == 1,
+        "grid": boxes,
+        "place": "" if shown is None else place_of(said[:SENTENCES_AT_MOST], boxes),
     }
+
+
+def place_of(sentences: Sequence[Block], boxes: Block) -> str:
+    """Where the boxes and sentences of a page stand: "beside" the picture, with its numbers and caption under them;
+    "split", where numbers and caption keep to the picture, so that both sides are about as high; else (empty) the
+    sentences stand under both, over the whole page.
+
+    >>> boxes, said = [{"cells": [{}, {}]}], [{"title": "Depth 2 m", "text": "nothing is missing"}]
+    >>> [place_of(many * said, {"columns": [], "rows": boxes}) for many in (1, 9, 40)]
+    ['beside', 'split', '']
+    """
+    cells = [cell for row in boxes["rows"] for cell in row["cells"]]
+    lines = sum(math.ceil(len(one["title"] + one["text"]) / LETTERS_A_LINE) + 0.5 for one in sentences)
+    lines += LINES_A_ROW * len(boxes["columns"] or cells)  # a level is a row on a screen
+    if len(cells) == 1 or lines <= LINES_BESIDE:
+        return "beside"
+    return "split" if lines <= LINES_SPLIT else ""
 
 
 # ---------------------------------------------------------------- sentences

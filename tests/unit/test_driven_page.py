@@ -32,7 +32,7 @@ from undertow.report.driven_page import (
     page_html,
     table_block,
 )
-from undertow.report.expressions import numeric_latex
+from undertow.report.expressions import numeric_latex, numeric_lines
 from undertow.report.style import GREEN, INK, PRESCRIBED, new_figure, page_style, svg_text
 from undertow.report.trial_figures import Runs, drawn_as
 from undertow.report.writing import write_text
@@ -124,6 +124,27 @@ def test_a_hysteresis_whose_exponent_is_held_at_one_has_no_power():
     held = replace(one, numbers=numbers)
     assert "^{" in numeric_latex(one.equation, one.errors).partition(r"\dot z")[2].replace("m^{-1}", "")
     assert "^{" not in numeric_latex(held.equation, held.errors).partition(r"\dot z")[2].replace("m^{-1}", "")
+
+
+@pytest.mark.parametrize("law", [*HYSTERESES, "relaxation", "hidden_resonator", "asymmetric_damping", "froude_krylov"])
+def test_every_number_of_a_driven_law_stands_in_its_text_and_in_its_latex(law):
+    term = find_driven(law)
+    sizes = {p.name: 1.5 + 0.0625 * at for at, p in enumerate(term.parameters)}
+    numbers = {f"{law}.{name}": Estimate(value, 1e-4) for name, value in sizes.items()}
+    one = replace(driven(law), numbers={"mass_kg": Estimate(4.0, 0.1, unit="kg"), **numbers})
+    for written in (one.equation.text(one.errors), numeric_latex(one.equation, one.errors)):
+        assert [value for value in sizes.values() if f"{value:.5g}" not in written] == [], written
+
+
+def test_iwans_sliders_are_written_out_and_each_of_their_equations_has_a_line():
+    one = driven("stiffness", "iwan")
+    one = replace(one, numbers={**one.numbers, "iwan.chi": Estimate(0.0, 0.0)})
+    assert "sum of s_1 to s_10 = 0; s_i' = 1.50 a_i v up to |s_i| = 1.50 b_i, a_i = (i/10)^(1) - " in (
+        one.equation.text(one.errors)
+    )
+    lines = numeric_lines(one.equation, one.errors, 2, one.drive)
+    assert [line.partition("=")[0] for line in lines[2:]] == [r"\dot s_i", "a_i", "b_i"]
+    assert lines[3] == "a_i=(i/10)^{1}-((i-1)/10)^{1}"
 
 
 def test_an_angles_numbers_have_the_units_of_a_rotation():

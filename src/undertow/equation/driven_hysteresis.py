@@ -57,7 +57,7 @@ class BoucWen(Term):
     }  # fmt: skip
     constants: ClassVar[Mapping[str, float]] = {"memory": BOUC_WEN}
     held_unless_asked = ("unit_N",)
-    law = "z, z' = alpha v - (loop |v| z + skew v |z|) (|z| / u)^(n-1)"
+    law = "z, z' = alpha v - (beta gamma |v| z + beta delta v |z|) (|z| / u)^(nu-1)"
     latex = r"z,\ \dot z=\alpha\,\dot x-(\beta\gamma|\dot x|z+\beta\delta\,\dot x|z|)(|z|/u)^{\nu-1}"
     source = "Wen 1976, doi:10.1061/JMCEA3.0002106; Noel and Schoukens 2016"
     left_out = "loops in force against displacement whose width grows with amplitude, at any speed"
@@ -100,7 +100,7 @@ class Pinched(Term):
         "alpha_N_per_m": "bw_a", "loop": "bw_g", "skew": "bw_d", "pinch": "pinch", "width_N": "pinch_w",
     }  # fmt: skip
     constants: ClassVar[Mapping[str, float]] = {"memory": PINCHED, "bw_n": 1.0, "bw_unit": 1.0}
-    law = "z, z' = (1 - P exp(-(z / W)^2)) (alpha v - loop |v| z - skew v |z|)"
+    law = "z, z' = (1 - P exp(-(z / W)^2)) (alpha v - beta gamma |v| z - beta delta v |z|)"
     latex = r"z,\ \dot z=(1-P\,e^{-(z/W)^2})(\alpha\,\dot x-\beta\gamma|\dot x|z-\beta\delta\,\dot x|z|)"
     source = "Baber and Noori 1986, doi:10.1115/1.3269364; Foliente 1995, doi:10.1061/(ASCE)0733-9445(1995)121:6(1013)"
     left_out = "loops that are narrow and soft in their middle, as of joints with play"
@@ -147,7 +147,7 @@ class LuGre(Term):
     constants: ClassVar[Mapping[str, float]] = {"memory": LUGRE}
     held_unless_asked = ("sigma1_Ns_per_m",)
     takes_the_place_of = (CoulombFriction.name, StribeckFriction.name)
-    law = "z + sigma1 q, z' = sigma0 q, q = v (1 - sign(v) z / g(v)), g = F_c + F_s exp(-(v / v_s)^2)"
+    law = "z + sigma_1 q, z' = sigma_0 q, q = v (1 - sign(v) z / g(v)), g = F_c + F_s exp(-(v / v_s)^2)"
     latex = r"z+\sigma_1\,q,\ \dot z=\sigma_0\,q,\ q=\dot x(1-\mathrm{sgn}(\dot x)z/g),\ g=F_c+F_s\,e^{-(\dot x/v_s)^2}"
     source = "Canudas de Wit et al. 1995, doi:10.1109/9.376053"
     left_out = "a body that gives way before it slips, and lags more at low speed"
@@ -165,9 +165,10 @@ class LuGre(Term):
 
 @dataclass(frozen=True)
 class Iwan(Term):
-    """Springs that slip one after the other, F = sum of s_i with s_i = k_i (x - x_i) up to f_i.
+    """Springs that slip one after the other, F = sum of s_i with s_i = K a_i (x - x_i) up to F_s b_i.
 
-    Stiffness is spread over ways to slip phi as phi^chi up to a largest (chi 0: Iwan's uniform distribution; Segalman's
+    Shares of the i-th of n sliders: a_i = (i/n)^(chi+1) - ((i-1)/n)^(chi+1), b_i the same with chi+2: stiffness is
+    spread over ways to slip phi as phi^chi up to a largest (chi 0: Iwan's uniform distribution; Segalman's
     four-parameter joint without its last jump). K is the stiffness of all, F_s the force at which all slip. Ten sliders
     stand for the distribution, each slip at its instant.
     """
@@ -184,8 +185,14 @@ class Iwan(Term):
     slots: ClassVar[Mapping[str, str]] = {"stiffness_N_per_m": "bw_a", "slip_N": "iw_f", "chi": "iw_x"}
     constants: ClassVar[Mapping[str, float]] = {"memory": IWAN}
     held_unless_asked = ("chi",)
-    law = "sum of s_i, s_i' = k_i v up to |s_i| = f_i, k_i and f_i from K, F_s, chi"
-    latex = r"\sum_is_i,\ \dot s_i=k_i\dot x\ \mathrm{to}\ |s_i|=f_i"
+    law = (
+        f"sum of s_1 to s_{SLIDERS}, s_i' = K a_i v up to |s_i| = F_s b_i, "
+        "a_i = (i/n)^(chi+1) - ((i-1)/n)^(chi+1), b_i = (i/n)^(chi+2) - ((i-1)/n)^(chi+2)"
+    ).replace("/n", f"/{SLIDERS}")
+    latex = (
+        r"s_1+\ldots+s_{n},\ \dot s_i=K\,a_i\dot x\ \mathrm{up\ to}\ |s_i|=F_s\,b_i,\ "
+        r"a_i=(i/n)^{\chi+1}-((i-1)/n)^{\chi+1},\ b_i=(i/n)^{\chi+2}-((i-1)/n)^{\chi+2}"
+    ).replace("{n}", f"{{{SLIDERS}}}").replace("/n", f"/{SLIDERS}")
     source = "Iwan 1966, doi:10.1115/1.3625199; Segalman 2005, doi:10.1115/1.1867982"
     left_out = "loops that begin with the smallest motion and close in force at no yield point"
 

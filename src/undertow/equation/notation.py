@@ -18,10 +18,10 @@ from undertow.quantities import Parameter, format_number, unit_in_rotation
 def plain_symbol(parameter: Parameter) -> str:
     """The parameter's symbol as the term's ``law`` writes it, without LaTeX's marks.
 
-    >>> plain_symbol(Parameter("damping_ratio", "1", r"\\zeta_s"))
-    'zeta_s'
+    >>> [plain_symbol(Parameter("", "1", symbol)) for symbol in (r"\\zeta_s", r"\\beta\\gamma")]
+    ['zeta_s', 'beta gamma']
     """
-    return re.sub(r"[\\{}]", "", parameter.symbol)
+    return re.sub(r"[\\{}]", "", re.sub(r"(?<=\w)\\", " ", parameter.symbol))
 
 
 def term_text(
@@ -186,7 +186,9 @@ def _numbered(law: str, number: str) -> str:
 
 
 def _tidy(law: str) -> str:
-    """Without parts that are zero; dots between numbers that stand side by side; minus for a plus and a minus."""
+    """Without parts and powers that are zero; dots between numbers that stand side by side; minus for a plus and a
+    minus."""
     law = re.sub(r" \+ 0 [^+=]+(?= [+=])", "", law)
+    law = re.sub(r" \([^()]*\)\^\(1-1\)", "", law).replace("^(0+", "^(")
     law = re.sub(r"(?<=\d) (?=\d)", " · ", law)
     return law.replace("+ -", "- ")

@@ -111,7 +111,7 @@ def numeric_latex(equation: Equation, errors: Mapping[str, float], drive: str = 
     '\\\\ddot{x} + (41.60 \\\\pm 0.20)\\\\,x = 0'
     """
     written = equation.to_latex(numbers=True, errors=errors, rotation=rotation).replace(" = 0", f" = {drive}", 1)
-    written = _TO_THE_ZERO.sub("", written).replace("+ -", "- ")
+    written = _TO_THE_ZERO.sub("", written).replace("+ -", "- ").replace("^{0+", "^{")
     return _UNIT.sub("", written).removeprefix(r"1\,") if is_per_mass(equation, errors) else written
 
 
@@ -124,11 +124,11 @@ def numeric_lines(
     equation: Equation, errors: Mapping[str, float], terms: int = LATEX_LINE, drive: str = "0",
     rotation: bool = False,
 ) -> list[str]:
-    """The same broken into lines of at most so many terms, a hidden state's equation on lines of its own."""
+    """The same broken into lines of at most so many terms, every equation of a hidden state on lines of its own."""
     motion, *memory = numeric_latex(equation, errors, drive, rotation).split(r",\quad ")
     parts = re.split(r" (?=[+-] )", motion)
     lines = [" ".join(parts[i : i + terms]) for i in range(0, len(parts), terms)]
-    for state in memory:
-        pieces = re.split(r"(?=\+)(?![^()]*\))", state)
+    for state in (law for written in memory for law in written.split(r",\ ")):
+        pieces = re.split(r"(?=\+)(?![^()]*\))(?![^{}]*\})", state)
         lines += ["".join(pieces[i : i + terms]) for i in range(0, len(pieces), terms)]
     return lines

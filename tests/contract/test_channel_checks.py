@@ -58,6 +58,32 @@ def test_a_mistake_in_the_channels_of_every_group_stops_the_run_before_it_fits(
     assert not (campaign.folder / "run" / "verdict.json").exists()
 
 
+def test_a_clock_without_a_unit_that_may_be_of_milliseconds_is_doubted_unless_accepted_or_said(
+    capsys: Capture, campaign: Campaign
+) -> None:
+    """`init` asked whether it is ms, and the run of the config that it had written said nothing."""
+    campaign.edit("    acceleration: {column: a, unit: m/s^2}\n", "")
+    for at in range(6):
+        fast = recorded(0.03 + 0.01 * (at % 3), at)[:, :2] * [250.0, 1.0]  # a period of a quarter of a second, in ms
+        write_table(campaign.folder / f"r{at:02d}.csv", fast, "t,x")
+    asked = "time: column 't' says no unit; s is assumed, a sample every 2.5 s: is it ms? correct recordings.channels.t"
+    said = run(capsys, campaign)
+    assert f"r00 and 2 more trials: {asked}" in said.out
+    campaign.edit("    displacement:", "    acceleration: {column: a, unit: m/s^2}\n    displacement:")
+    for at in range(6):
+        table = recorded(0.03 + 0.01 * (at % 3), at) * [250.0, 1e3, 1.0]
+        write_table(campaign.folder / f"r{at:02d}.csv", table, "t,x,a")
+    assert asked in run(capsys, campaign).err  # beside what contradicts
+    campaign.edit("    acceleration: {column: a, unit: m/s^2}\n", "")
+    campaign.edit("recordings:\n", 'recordings:\n  accept: {"*": [unit]}\n')
+    assert "is it ms?" not in run(capsys, campaign).out
+    campaign.edit('  accept: {"*": [unit]}\n', "")
+    campaign.edit("column: t,", "column: t_s,")
+    for at in range(6):
+        write_table(campaign.folder / f"r{at:02d}.csv", recorded(0.03, at)[:, :2] * [250.0, 1.0], "t_s,x")
+    assert "is it ms?" not in run(capsys, campaign).out
+
+
 def test_a_mass_in_tonnes_and_load_cells_in_kilonewtons_are_found_too(capsys: Capture, campaign: Campaign) -> None:
     for number in range(6):
         table = recorded(0.12 + 0.01 * (number % 3), number)

@@ -80,6 +80,9 @@ def test_motions_out_of_scale_are_doubted_where_their_unit_is_not_accepted():
     slow = [one.assign(t=1e3 * one.t) for one in TABLES]
     (doubt,) = undertow.read(slow, units={"x": "m", "t": "s"}).doubts
     assert f"swings with a period of 629 s, longer than {SLOWEST_S:g} s: is its time in ms?" in doubt
+    both = [one.assign(t=1e3 * one.t, x=1e3 * one.x) for one in TABLES]
+    (doubt,) = undertow.read(both, units={"x": "m", "t": "s"}).doubts
+    assert "is its time in ms, and its displacement, 100 m at the release, in mm? correct" in doubt
     assert out_of_scale(undertow.read(TABLES, units={"x": "m"}).motions) == ()
 
 

@@ -79,6 +79,12 @@ CERTAIN = {
     "kilonewtons labelled N": (XF, times(spring_force=1e-3), {}, "unit", "spring_force seems to be in kN, not N"),
     "kilonewtons beside an accelerometer": (
         XAF, times(spring_force=1e-3), {}, "unit", ": spring_force seems to be in kN, not N"),
+    "millimetres labelled m beside g": (
+        XA, times(displacement=1e3, acceleration=1.0 / G_M_PER_S2), {}, "unit",
+        "acceleration seems to be in g, not m/s^2, and displacement in mm, not m; correct recordings.channels.accel"),
+    "milliseconds labelled s beside g": (
+        XA, times(time=1e3, acceleration=1.0 / G_M_PER_S2), {}, "unit",
+        "acceleration seems to be in g, not m/s^2, and time in ms, not s"),
     "acceleration turned over": (XA, times(acceleration=-1.0), {}, "sign", "sign of acceleration seems turned over"),
     "displacement turned over": (XVA, times(displacement=-1.0), {}, "sign", ": the sign of displacement seems turned"),
     "load cells turned over": (XF, times(spring_force=-1.0), {}, "sign", "sign of spring_force seems turned over"),
@@ -107,6 +113,18 @@ def test_a_planted_contradiction_is_found_and_named(name):
     assert all(any(one.certain for one in f) for f in seen)
     right = [len(f) == 1 and f[0].kind == kind and text in f[0].sentence for f in seen]
     assert sum(right) >= FOUND, [f for f, ok in zip(seen, right, strict=True) if not ok]
+
+
+def test_two_wrong_units_that_fit_better_than_one_are_named_before_it():
+    """Centimetres labelled m beside an acceleration in g differ from millimetres beside m/s^2 by 2 %."""
+    mistake = times(displacement=1e2, acceleration=1.0 / G_M_PER_S2)
+    clean = Decay(1.0, size_m=0.1, friction=0.005, noise=1e-4, seed=3)
+    (found,) = found_in(clean, XA, mistake, {"displacement": "m", "acceleration": "m/s^2", "time": "s"})
+    two = "acceleration seems to be in g, not m/s^2, and displacement in cm, not m"
+    assert f": {two} or displacement seems to be in mm, not m; correct" in found.sentence
+    (found,) = found_in(clean, XA, times(displacement=1e3))
+    assert "displacement seems to be in mm, not m; correct" in found.sentence
+    assert "not m/s^2, and" not in found.sentence
 
 
 def test_a_force_as_acceleration_contradicts_whatever_its_factor():

@@ -25,6 +25,7 @@ from undertow.conditioning.remedies import (
     swap_remedy,
     unit_remedies,
 )
+from undertow.conditioning.two_units import two_unit_remedies
 from undertow.recording.recording import Recording
 
 DOUBT_ERRORS = 3.0
@@ -220,9 +221,11 @@ def _sizes(pairs: Sequence[Pair], stated: Stated, recording: Recording) -> list[
     doubted = [p for p in pairs if p.outside(p.agrees, DOUBT_ERRORS) and p not in wrong]
     if not wrong:
         return [_gain(p) for p in _apart(doubted)]
-    units = unit_remedies(pairs, stated, recording.coordinate)
+    single = (*unit_remedies(pairs, stated, recording.coordinate), *specimen_remedies(pairs, stated))
+    turned = any(p.negative for p in wrong)  # a sign and two units are met by chance
+    double = () if turned else two_unit_remedies(pairs, stated, recording.coordinate, single)
     # a point misplaced in the stated mass is 10, kgf for N 9.81: what fits better is named first
-    units = tuple(sorted((*units, *specimen_remedies(pairs, stated)), key=lambda one: round(one.away, AWAY_DIGITS)))
+    units = tuple(sorted((*single, *double), key=lambda one: round(one.away, AWAY_DIGITS)))
     if not units and any(p.negative for p in wrong):
         return [_another_column(next(p for p in wrong if p.negative))]
     remedies = units or other_remedies(pairs, stated)

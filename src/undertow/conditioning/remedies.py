@@ -54,10 +54,10 @@ class Remedy:
 def unit_remedies(pairs: Sequence[Pair], stated: Stated, coordinate: Coordinate) -> tuple[Remedy, ...]:
     """Units of one channel, or of the time, with which all laws hold; the nearest of each, the likeliest first."""
     found: list[tuple[float, Remedy]] = []
-    for channel in _channels(pairs):
+    for channel in tied_channels(pairs):
         best: tuple[float, Remedy] | None = None
-        for unit, said, factor in _other_units(channel, stated, coordinate):
-            away = _away(pairs, channel, factor)
+        for unit, said, factor in other_units(channel, stated, coordinate):
+            away = how_far(pairs, {channel: factor})
             if away is not None and (best is None or away < best[0]):
                 key = f"recordings.channels.{channel}.unit"
                 best = away, Remedy(channel, f"{channel} seems to be in {unit}, not {said}", key, away=away)
@@ -72,7 +72,7 @@ def specimen_remedies(pairs: Sequence[Pair], stated: Stated) -> tuple[Remedy, ..
     the nearest of each."""
     found = []
     for remedy in other_remedies(pairs, stated, (STIFFNESS, MASS)):
-        tried = [(_away(pairs, remedy.channel, factor), factor) for factor in SLIPS]
+        tried = [(how_far(pairs, {remedy.channel: factor}), factor) for factor in SLIPS]
         fitting = [(away, factor) for away, factor in tried if away is not None]
         if fitting:
             away, factor = min(fitting)
@@ -85,12 +85,12 @@ def other_remedies(pairs: Sequence[Pair], stated: Stated, among: Sequence[str] =
     """Channels, the time, mass or stiffness (or only those ``among``) that one factor of no known unit would bring to
     agree with all others."""
     found = []
-    for channel in among or _channels(pairs):
+    for channel in among or tied_channels(pairs):
         tied = [p for p in pairs if p.powers.get(channel, 0) and p.sized and p.outside(p.allowed, ERRORS)]
         if not tied or tied[0].size == 0.0:
             continue
         needed = tied[0].size ** (-1.0 / tied[0].powers[channel])
-        if _away(pairs, channel, needed) is None:
+        if how_far(pairs, {channel: needed}) is None:
             continue
         size = 1.0 / needed
         if channel == "time":
@@ -134,14 +134,14 @@ def swap_remedy(
     return None
 
 
-def _channels(pairs: Sequence[Pair]) -> tuple[str, ...]:
+def tied_channels(pairs: Sequence[Pair]) -> tuple[str, ...]:
     """Channels, time, mass and stiffness that any sized law ties; the derived ones first, what is stated last."""
     names = dict.fromkeys(name for p in pairs if p.sized for name, power in p.powers.items() if power)
     last = ("time", STIFFNESS, MASS)
     return (*(name for name in names if name not in last), *(name for name in last if name in names))
 
 
-def _other_units(channel: str, stated: Stated, coordinate: Coordinate) -> Iterator[tuple[str, str, float]]:
+def other_units(channel: str, stated: Stated, coordinate: Coordinate) -> Iterator[tuple[str, str, float]]:
     """Units that a channel may be in instead of another, with the factor that its values would change by.
 
     Where nobody says what the config has, it may be SI, or SI may be what it should have.
@@ -176,13 +176,14 @@ def _scale(channel: str, stated: Stated, coordinate: Coordinate) -> float:
     return factor if math.isfinite(factor) else 1.0
 
 
-def _away(pairs: Sequence[Pair], channel: str, factor: float) -> float | None:
-    """How far (summed logarithms) the laws are from holding with a channel times a factor; None where one does not."""
+def how_far(pairs: Sequence[Pair], factors: Mapping[str, float]) -> float | None:
+    """How far (summed logarithms) the laws are from holding with channels times ``factors``; None where one does not.
+    """
     away = 0.0
     for pair in pairs:
         if not pair.sized or pair.size == 0.0:
             continue
-        size = pair.size * factor ** pair.powers.get(channel, 0)
+        size = pair.size * math.prod(factor ** pair.powers.get(name, 0) for name, factor in factors.items())
         room = math.log1p(UNIT_ROOM + ERRORS * pair.stderr / pair.size)
         low, high = (math.log(limit) for limit in pair.agrees)
         if not low - room <= math.log(size) <= high + room:

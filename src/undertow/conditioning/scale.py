@@ -21,6 +21,9 @@ GRAVITY, HURLED_M_PER_S2 = 9.81, 981.0
 SLOWEST_S = 400.0
 """A longer period is none of a test: moored ships take some minutes; milliseconds taken for seconds are longer."""
 
+MS = 1e-3
+"""Seconds of a millisecond."""
+
 
 def out_of_scale(motions: Sequence[Motion]) -> tuple[str, ...]:
     """What no body that is let go does, in sentences: a turn of more than half a turn (degrees taken for radians), an
@@ -57,12 +60,20 @@ def _hurled(motions: Sequence[Motion]) -> str:
 
 
 def _slow(motions: Sequence[Motion]) -> str:
-    period, slowest = max(((_period(motion), motion.name) for motion in motions), default=(0.0, ""))
-    if not period > SLOWEST_S:
+    found = [(_period(motion), motion) for motion in motions]
+    period, slowest = max(found, key=lambda one: one[0], default=(0.0, None))
+    if slowest is None or not period > SLOWEST_S:
         return ""
+    hurled = float(np.max(np.abs(slowest.windowed("a")))) / MS**2 > HURLED_M_PER_S2
+    both = hurled and slowest.recording.coordinate == "translation"
+    asked, keys = (
+        (f"is its time in ms, and its displacement, {slowest.amplitude:.3g} m at the release, in mm?",
+         "recordings.channels.time.unit and recordings.channels.displacement.unit")
+        if both else ("is its time in ms?", "recordings.channels.time.unit")
+    )  # fmt: skip
     return (
-        f"trial {slowest} swings with a period of {period:.3g} s, longer than {SLOWEST_S:g} s: is its time in ms? "
-        "correct recordings.channels.time.unit, or list unit in recordings.accept"
+        f"trial {slowest.name} swings with a period of {period:.3g} s, longer than {SLOWEST_S:g} s: {asked} "
+        f"correct {keys}, or list unit in recordings.accept"
     )
 
 

@@ -19,11 +19,12 @@ import pandas as pd
 from undertow.errors import MisnamedError, RecordingError
 from undertow.recording.channels import LARGEST, ChannelSpec, TimeSpec
 from undertow.recording.layout import Column, FileFormat
+from undertow.recording.propose import clock_in_doubt, name_and_unit
 from undertow.recording.readers import read_table
 from undertow.recording.recording import LEFT_OUT, Array, Coordinate
 from undertow.recording.spikes import despike
-from undertow.recording.stamps import must_be_seconds, must_hold_no_stamps
-from undertow.recording.units import ARBITRARY_LENGTHS, to_si
+from undertow.recording.stamps import STAMPED, must_be_seconds, must_hold_no_stamps
+from undertow.recording.units import ARBITRARY_LENGTHS, factor_to_si, to_si
 
 FOLLOWED = ("displacement", "velocity")
 """Channels of which one must be there, in this order: they say where the body is."""
@@ -144,7 +145,7 @@ def part_of(
     for name, spec in channels.items():
         found[name], said = _channel(name, spec, table, how.despike, coordinate)
         notes += said
-    return Part(_time(table, how.time, coordinate), found), notes
+    return Part(_time(table, how.time, coordinate), found), notes + _unsaid_clock(table, how.time)
 
 
 def _table(
@@ -203,6 +204,15 @@ def _time(table: pd.DataFrame, spec: TimeSpec, coordinate: Coordinate) -> Array:
             f"{values.size}; repair the file or give rate_hz"
         )
     return values + spec.start_s
+
+
+def _unsaid_clock(table: pd.DataFrame, spec: TimeSpec) -> tuple[str, ...]:
+    """A note on times in seconds that may be milliseconds, where neither the column's name nor a row of units says."""
+    column, told = spec.column, table.attrs.get("units", {})
+    if column is None or column in table.attrs.get(STAMPED, ()) or told.get(column) or name_and_unit(column)[1]:
+        return ()
+    doubt = "" if factor_to_si(spec.unit, "time")[0] != 1.0 else clock_in_doubt(column, table[column])
+    return (doubt,) if doubt else ()
 
 
 def _channel(

@@ -44,6 +44,9 @@ SPRING_FOLLOWS = 0.7
 SLOW_S = 1.0
 """Step of a clock whose unit nobody says from which on it may be of milliseconds, or of rows."""
 
+UNSAID_CLOCK = "says no unit; s is assumed"
+"""Said of such a clock."""
+
 LONGEST_NAME = 400
 """Characters of a column's name in which a unit is looked for; the search takes the square of them."""
 
@@ -170,9 +173,9 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
                 alike[channel] = (*channels[channel].columns, *others)
     remarks += doubts
     clock, told = time.column if time is not None else None, dict(found.get("time", []))
-    if clock is not None and not told[clock] and (step := step_in_doubt(table[clock])):
-        doubts.append(f"time: column {clock!r} says no unit; s is assumed, a sample every {step:g} s: is it ms?")
-        remarks.append(doubts[-1])
+    if clock is not None and not told[clock] and (doubted := clock_in_doubt(clock, table[clock])):
+        doubts.append(doubted)
+        remarks.append(doubted)
     return Proposal(time, channels, coordinate, tuple(remarks), tuple(doubts), alike)
 
 
@@ -207,6 +210,17 @@ def counts_rows(column: pd.Series) -> bool:
     (True, False)
     """
     return bool(np.all(np.diff(column.to_numpy(dtype=np.float64)) == 1.0))
+
+
+def clock_in_doubt(column: Column, times: pd.Series) -> str:
+    """That a column of times (n,) without a unit may not be in seconds (`step_in_doubt`), in a sentence; empty where
+    nothing speaks against it.
+
+    >>> clock_in_doubt("t", pd.Series([0.0, 10.0, 20.0]))
+    "time: column 't' says no unit; s is assumed, a sample every 10 s: is it ms?"
+    """
+    step = step_in_doubt(times)
+    return f"time: column {column!r} {UNSAID_CLOCK}, a sample every {step:g} s: is it ms?" if step else ""
 
 
 def step_in_doubt(times: pd.Series) -> float:

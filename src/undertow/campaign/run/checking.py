@@ -9,6 +9,7 @@ conditioning/decaying.py), identified numbers (plausible.py).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -32,11 +33,18 @@ from undertow.errors import FAILURES, ClippedError, ConfigError, LostValuesError
 from undertow.recording.catalogue import EVERYTHING, Catalogue, Entry, TimeWindow, read_trial, trial_of_table
 from undertow.recording.copies import copies
 from undertow.recording.noise import noise
+from undertow.recording.propose import UNSAID_CLOCK
 from undertow.recording.quality import doubts
 from undertow.recording.recording import LEFT_OUT, Condition, Recording
 
 CONTRADICTED_SHARE = 0.5
 """Share of a group's trials whose contradictions are the group's: more than single trials, the same mistake in most."""
+
+CLOCK = ("time",)
+"""Channels of a doubt about the time alone."""
+
+OF_THE_CLOCK = "correct recordings.channels.time.unit, or list unit in recordings.accept"
+"""What to do about it."""
 
 GROUPS_NAMED = 5
 """Groups of which a message that stops the run gives one trial's sentence."""
@@ -58,8 +66,11 @@ class Checked:
 
     @property
     def contradiction(self) -> str:
-        """What certainly does not belong together, in a sentence; empty where nothing does so certainly."""
-        return "; ".join(one.sentence for one in self.found if one.certain)
+        """What certainly does not belong together, in a sentence, and a clock that may be the reason; empty where
+        nothing does so certainly."""
+        certain = [one.sentence for one in self.found if one.certain]
+        clock = [one.sentence for one in self.found if one.channels == CLOCK and not one.certain]
+        return "; ".join([*certain, *clock]) if certain else ""
 
 
 @dataclass(frozen=True)
@@ -83,12 +94,16 @@ class Checker:
         several: tuple[Released, ...] = ()
         try:
             said = doubts(recording, entry.accepted)
-            recording = replace(recording, notes=recording.notes + tuple(d.sentence for d in said if d.kind is None))
+            unsaid = [note for note in recording.notes if UNSAID_CLOCK in note]
+            kept = [note for note in recording.notes if note not in unsaid]
+            recording = replace(recording, notes=(*kept, *(d.sentence for d in said if d.kind is None)))
             levels = {name: noise(values) for name, values in recording.channels.items()}
             several = _several(recording, entry, levels)
             window = find_window(recording, entry.window.start_s, entry.window.end_s, levels)
             here = self.catalogue.for_entry(entry)
             also = [Disagreement(d.kind, (d.channel,), 1.0, False, d.sentence) for d in said if d.kind]
+            if self.config._source is not None:  # else whoever proposes or reads in memory has asked for the unit
+                also += [Disagreement("unit", CLOCK, math.nan, False, f"{note} {OF_THE_CLOCK}") for note in unsaid]
             if several:
                 told = releases_said(several, entry.path.name, window.release_s)
                 also.append(Disagreement("releases", ("displacement",), float(len(several)), False, told))

@@ -15,6 +15,7 @@ from tests.written import write_verdict
 from undertow.comparison.detectable import Detectable
 from undertow.discrepancy import decision
 from undertow.discrepancy.verdict import Gate, Rejected
+from undertow.report.behind import gate_rows
 from undertow.report.gates import CONDITIONS, OF_A_CANDIDATE, OF_THE_EQUATION
 
 DECISION = (
@@ -39,6 +40,18 @@ def run(tmp_path: Path) -> Path:
     )  # fmt: skip
     write_verdict(replace(findings, groups=(first, replace(second, verdict=said))), tmp_path / "verdict.json")
     return tmp_path
+
+
+def test_a_small_number_of_a_gate_is_a_power_of_ten_on_terminal_and_page(tmp_path, capsys):
+    findings = small_findings()
+    first, second = findings.groups
+    tiny = (Gate("p_value", "p of the score test", 1e-6, 0.00143, True), Gate("evidence", "log odds", 2.5e7, 4.6, True))
+    verdict = replace(second.verdict, decision=tiny)
+    write_verdict(replace(findings, groups=(first, replace(second, verdict=verdict))), tmp_path / "verdict.json")
+    said = undertow(capsys, "explain", tmp_path).out
+    assert "  1 × 10⁻⁶  " in said
+    assert "  2.5 × 10⁷  " in said
+    assert [row["value"] for row in gate_rows(verdict)] == ["1 × 10⁻⁶", "2.5 × 10⁷"]
 
 
 def test_every_gate_is_a_line_with_value_limit_and_whether_it_is_passed(run, capsys):

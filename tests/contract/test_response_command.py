@@ -21,7 +21,7 @@ from undertow.equation.driven import driven_motion
 from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.input import MotionSize, drive_of
 from undertow.errors import ConfigError, RecordingError, UndertowError
-from undertow.report.wording import plain_number
+from undertow.report.numbers import plain_number
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT / "data" / "harmonic_set"

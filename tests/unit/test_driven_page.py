@@ -16,6 +16,7 @@ from tests.browser import BROWSER, REASON, Page, browser
 from tests.findings_fixture import MARKUP
 from tests.unit.test_page_in_a_browser import TOO_WIDE
 from undertow.campaign.driven.page import outcome_words, sure_words, tried_rows
+from undertow.campaign.driven.run import found_words
 from undertow.comparison.driven_folds import Tried
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.verdict import Described, Verdict
@@ -151,6 +152,12 @@ def test_an_angles_numbers_have_the_units_of_a_rotation():
     rows = page_of(part(rotation=True)).partition("<th>parameter</th>")[2].partition("</table>")[0]
     assert "N m/rad" in rows
     assert "N/m<" not in rows
+
+
+def test_an_equation_that_runs_far_away_is_said_without_a_power_of_ten():
+    trial = SimpleNamespace(main="displacement", outputs={"displacement": np.array([-1.0, 1.0])})
+    found = SimpleNamespace(validation=(12.3, 12.3), added=(), tried=(1,))
+    assert "misses 1230 % of the motion it never saw" in found_words([trial], found)  # type: ignore[list-item, arg-type]
 
 
 def test_columns_of_numbers_stand_at_the_right_and_what_stands_for_a_number_with_them():

@@ -224,6 +224,20 @@ def test_ticks_of_a_log_axis_are_few_and_plain(axes: Axes, values: list[float]) 
     assert len(axes.yaxis.get_minorticklocs()) == 0
 
 
+@pytest.mark.parametrize("values", [[2e-9, 3e-6], [1e6, 4e8], [1.234e-7, 1.31e-7]])
+def test_ticks_of_very_small_and_large_sizes_are_powers_of_ten_without_an_e(axes: Axes, values: list[float]) -> None:
+    axes.set_yscale("log")
+    axes.plot(range(len(values)), values)
+    plain_log_ticks(axes.yaxis, values)
+    labels = [label.get_text() for label in axes.get_yticklabels()]
+    assert labels
+    assert all("10" in label and "e" not in label for label in labels), labels
+    small = new_figure(3.0, 2.0).subplots()
+    small.plot([0.0, 1.0], [0.0, 3e-7])
+    small.figure.canvas.draw()
+    assert "1e" not in small.yaxis.get_offset_text().get_text()
+
+
 # ---------------------------------------------------------------- SVG
 def test_coordinates_are_rounded_by_less_than_a_tenth_of_a_point() -> None:
     with page_style():

@@ -38,7 +38,8 @@ from undertow.report.expressions import (
     numeric_lines,
 )
 from undertow.report.html import anchors
-from undertow.report.wording import estimate_text, parameter_name, printed_unit, problem_of
+from undertow.report.numbers import printed_unit
+from undertow.report.wording import estimate_text, parameter_name, problem_of
 
 
 def wet() -> GroupFindings:

@@ -34,7 +34,8 @@ from undertow.audit.recipes import Array
 from undertow.audit.verdicts import OF_SPRING, Range, SeriesVerdict, rounded
 from undertow.discrepancy.words import condition_words, group_title
 from undertow.report import style
-from undertow.report.wording import effects_words, parameter_name, plain_number, printed_unit, reason_words, unbroken
+from undertow.report.numbers import plain_number, printed_unit
+from undertow.report.wording import effects_words, parameter_name, reason_words, unbroken
 from undertow.report.writing import rendered, write_text
 
 WIDTH_IN = 11.0

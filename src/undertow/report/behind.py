@@ -24,6 +24,7 @@ from undertow.report import wording
 from undertow.report.arrange import group_numbers
 from undertow.report.expressions import numeric_latex
 from undertow.report.gates import asked_words, outcome_words
+from undertow.report.numbers import plain_number, printed_unit, short_number
 
 PROBABILITY_GATE = "posterior"
 """The condition whose numbers are probabilities: they are printed as the others on the page."""
@@ -96,10 +97,10 @@ def seen_rows(verdict: Verdict) -> list[Mapping[str, str]]:
     return [
         {
             "effect": ", ".join(filter(None, (spelled(one.name), wording.values_in_words(one.at, one.unit)))),
-            "seen": f"{wording.plain_number(one.value, 2)} {wording.printed_unit(one.unit)}".strip(),
-            "share": f"{100.0 * one.share_of_motion:.2g} %",
+            "seen": f"{plain_number(one.value, 2)} {printed_unit(one.unit)}".strip(),
+            "share": f"{short_number(100.0 * one.share_of_motion, 2)} %",
             "named": "-" if math.isnan(one.named_value)
-            else f"{wording.plain_number(one.named_value, 2)} {wording.printed_unit(one.unit)}".strip(),
+            else f"{plain_number(one.named_value, 2)} {printed_unit(one.unit)}".strip(),
         }
         for one in sorted(verdict.detectable, key=lambda d: d.share_of_motion)
     ]
@@ -110,7 +111,7 @@ def _number(gate: Gate, value: float) -> str:
         return "-"
     if gate.gate == PROBABILITY_GATE:
         return f"{100.0 * value:.0f} %" if value <= 0.99 else wording.confidence_words(value)
-    return f"{value:.3g}"
+    return short_number(value)
 
 
 def repaired_of(group: GroupFindings) -> tuple[Equation, Mapping[str, float]] | None:
@@ -186,7 +187,7 @@ def number_row(
         "before": "" if before is None else wording.estimate_text(before),
         "after": "not in it" if after is None else wording.estimate_text(after),
         "problem": "" if problem == "no error bar" else problem,
-        "published": "" if published is None else f"{published:.5g}",
+        "published": "" if published is None else short_number(published, 5),
     }
 
 

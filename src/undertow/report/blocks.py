@@ -21,6 +21,7 @@ from undertow.report.arrange import agreement, spanning_conditions
 from undertow.report.expressions import is_per_mass, numeric_latex
 from undertow.report.extent import Extent, extent_of
 from undertow.report.figures import amplitude_scale
+from undertow.report.numbers import printed_unit, short_number
 
 NO_BREAK = "\u00a0"
 """A space at which no line ends."""
@@ -111,8 +112,7 @@ def column_heading(parameter: str, unit: str) -> str:
     ('stiffness (N/m)', 'friction coefficient')
     """
     words = wording.parameter_name(parameter).words
-    tied = wording.printed_unit(unit).replace(" ", NO_BREAK)
-    return f"{words} ({tied})" if unit else words
+    return f"{words} ({printed_unit(unit).replace(' ', NO_BREAK)})" if unit else words
 
 
 def overview(findings: Findings, anchors: Sequence[str], extent: Extent | None = None) -> Block:
@@ -183,7 +183,7 @@ def group_block(
         "verdict": verdict_block(group.verdict),
         "columns": [column_heading(p, units[p]) for p in parameters],
         "methods": [_method_row(group, method, units) for method in group.fits],
-        "published": [f"{published[p]:.5g}" if p in published else "" for p in parameters] if published else [],
+        "published": [short_number(published[p], 5) if p in published else "" for p in parameters] if published else [],
         "agreement": agreement_texts(group, [p for p in parameters if p != "total_mass_kg"]),
         "gates": behind.gate_rows(group.verdict),
         "seen": behind.seen_rows(group.verdict),
@@ -343,7 +343,7 @@ def _trial_row(trial: TrialFindings, factor: float) -> Block:
     m = trial.mismatch
     return {
         "name": trial.motion.name,
-        "amplitude": f"{trial.motion.amplitude * factor:.3g}",
+        "amplitude": short_number(trial.motion.amplitude * factor),
         "held_out": trial.held_out,
         "nrmse": percent(m.nrmse),
         "as_measured": as_measured_words(trial),

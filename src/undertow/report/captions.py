@@ -24,9 +24,10 @@ from undertow.report.expressions import is_per_mass
 from undertow.report.fit_figures import TIGHT, friction_panels, hold_of, odds_beside
 from undertow.report.group_figures import budget_of, one_trial
 from undertow.report.mismatch_figures import CYCLES_AT_MOST
+from undertow.report.numbers import plain_number, short_number
 from undertow.report.style import DRAWN
-from undertow.report.trial_figures import short_number, with_words
-from undertow.report.wording import in_plain_words, p_words, plain_number
+from undertow.report.trial_figures import with_words
+from undertow.report.wording import in_plain_words, p_words
 
 NOTES_AT_MOST = 3
 """Notes of one recording in the table of data quality; all stand in manifest.json."""

@@ -18,17 +18,11 @@ from undertow.discrepancy.difference import FAR, Difference, Side
 from undertow.discrepancy.naming import in_words
 from undertow.discrepancy.words import either, least_sets, percent, spelled
 from undertow.quantities import Estimate
+from undertow.report.numbers import plain_number, printed_unit, short_number
 from undertow.report.style import BLUE, INK, VERMILLION, in_theme, new_figure, page_style, svg_text
 from undertow.report.trial_figures import Response, response_of, time_axes
 from undertow.report.verdict_file import plain
-from undertow.report.wording import (
-    parameter_name,
-    parameter_words,
-    plain_number,
-    printed_unit,
-    reason_words,
-    rejected_words,
-)
+from undertow.report.wording import parameter_name, parameter_words, reason_words, rejected_words
 from undertow.report.writing import rendered, write_text
 
 VERSION = 1
@@ -122,7 +116,9 @@ def difference_page(difference: Difference) -> str:
         rejected=[
             (spelled(r.name), _alone(rejected_words(r.name, r.because))) for r in d.recording.verdict.rejected
         ],
-        scatter=", ".join(f"{symbol.replace('mu', 'μ')} {100.0 * share:.2g} %" for symbol, share in d.scatter.items()),
+        scatter=", ".join(
+            f"{symbol.replace('mu', 'μ')} {short_number(100.0 * share, 2)} %" for symbol, share in d.scatter.items()
+        ),
         notes=d.notes,
     )
 

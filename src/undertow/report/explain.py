@@ -14,8 +14,9 @@ from typing import Any
 from undertow.discrepancy.words import group_title
 from undertow.errors import ConfigError, UndertowError
 from undertow.report.gates import asked_words, outcome_words
+from undertow.report.numbers import plain_number, short_number
 from undertow.report.which_group import groups_meant
-from undertow.report.wording import plain_number, reason_words, rejected_words, values_in_words
+from undertow.report.wording import reason_words, rejected_words, values_in_words
 from undertow.report.writing import true_minus
 
 
@@ -72,7 +73,8 @@ def _explained(title: str, one: Mapping[str, Any]) -> str:
         lines.append("  would have been seen, with 90 % power:")
         lines += [
             f"    {', '.join(filter(None, (d['name'], values_in_words(d.get('at', {}), d['unit']))))}: "
-            f"from {plain_number(d['value'], 2)} {d['unit']}, {100.0 * d['share_of_motion']:.2g} % of the motion"
+            f"from {plain_number(d['value'], 2)} {d['unit']}, {short_number(100.0 * d['share_of_motion'], 2)} % of the "
+            "motion"
             for d in one["detectable"]
         ]
         lines.append(f"  not testable here: {', '.join(one['not_testable'])}")
@@ -88,4 +90,4 @@ def _asked(gate: Mapping[str, Any]) -> str:
 
 
 def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3g}"
+    return "-" if value is None else short_number(value)

@@ -19,6 +19,7 @@ from undertow.discrepancy.findings import Findings, TrialFindings
 from undertow.discrepancy.words import percent
 from undertow.recording.recording import Array
 from undertow.report.arrange import chosen
+from undertow.report.numbers import short_number
 from undertow.report.small_multiples import PANELS_AT_MOST
 from undertow.report.style import DRAWN
 from undertow.report.trial_figures import WITH_FOUND, reach, response, with_words
@@ -105,7 +106,7 @@ def trial_data(trial: TrialFindings, samples: int, found: str = WITH_FOUND) -> d
     factor, unit = DRAWN[trial.motion.recording.coordinate]
     return {
         "name": trial.motion.name,
-        "amplitude": f"{trial.motion.amplitude * factor:.3g} {unit}",
+        "amplitude": f"{short_number(trial.motion.amplitude * factor)} {unit}",
         "held_out": trial.held_out,
         "before": percent(trial.mismatch.nrmse),
         "found": found,

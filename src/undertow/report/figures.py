@@ -22,6 +22,7 @@ from undertow.discrepancy.words import SAID_AT_MOST, condition_words, split_unit
 from undertow.quantities import Estimate
 from undertow.recording.recording import Condition
 from undertow.report.arrange import Span, by_amplitude, is_usable, spanning_conditions
+from undertow.report.numbers import printed_unit, short_number
 from undertow.report.style import (
     DRAWN,
     GREY,
@@ -33,7 +34,7 @@ from undertow.report.style import (
     plain_log_ticks,
     series_marker,
 )
-from undertow.report.wording import is_as_printed, method_label, parameter_name, printed_unit
+from undertow.report.wording import is_as_printed, method_label, parameter_name
 
 LEGEND_LETTERS = 150
 """Letters of a legend's row over the page's width, six an entry for its mark: more would be cut off at the edge."""
@@ -299,7 +300,7 @@ def _edge_arrow(axes: Axes, row: int, estimate: Estimate, limits: tuple[float, f
     edge = limits[1] if right else limits[0]
     axes.plot([edge], [row], ">" if right else "<", color=colour, ms=6, clip_on=False)
     shift, align = (-8, "right") if right else (8, "left")
-    text = f"{estimate.value:.3g}"
+    text = short_number(estimate.value)
     axes.annotate(
         text, (edge, row), (shift, 0), textcoords="offset points", ha=align, va="center", color=colour, fontsize=8
     )

@@ -25,8 +25,9 @@ from undertow.discrepancy.words import spelled
 from undertow.quantities import Estimate
 from undertow.recording.recording import Array
 from undertow.report.arrange import by_amplitude, is_usable
+from undertow.report.numbers import short_number
 from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, PALE, SKY, plain_log_ticks
-from undertow.report.trial_figures import response, short_number, thinned
+from undertow.report.trial_figures import response, thinned
 from undertow.report.wording import effects_words, estimate_text, p_words, parameter_words
 from undertow.report.writing import true_minus
 

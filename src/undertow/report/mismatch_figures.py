@@ -27,9 +27,9 @@ from undertow.discrepancy.words import spelled
 from undertow.equation.registry import row
 from undertow.errors import UndertowError
 from undertow.recording.recording import Array
+from undertow.report.numbers import printed_unit, short_number
 from undertow.report.style import BLUE, DRAWN, GREEN, GREY, INK, NOT_EXPLAINED, ORANGE, PRESCRIBED, PURPLE, SKY
 from undertow.report.trial_figures import WITH_FOUND, leaves, response, with_words
-from undertow.report.wording import printed_unit
 from undertow.report.writing import true_minus
 
 CYCLES_AT_MOST = 12
@@ -159,7 +159,7 @@ def draw_time_frequency(trial: TrialFindings, lines: Mapping[str, float], axes: 
     axes.set_ylim(0.0, top)
     axes.set(xlabel="time after release (s)", ylabel="frequency (Hz)")
     rows = _legend_above(axes)
-    axes.set_title(f"residual in time and frequency, up to {_plain(largest)} {shown.unit}", pad=4 + 14 * rows)
+    axes.set_title(f"residual in time and frequency, up to {short_number(largest, 2)} {shown.unit}", pad=4 + 14 * rows)
     return axes
 
 
@@ -190,17 +190,8 @@ def draw_residual_force(group: GroupFindings, axes: Axes) -> Axes:
     axes.set_ylim(wide[1][0] * factor, wide[1][-1] * factor)
     unit = printed_unit(group.specimen.unit("N per kg" if group.equation.mass_kg == 1.0 else "N"))
     _bar(scale, axes, f"{'force' if coordinate == 'translation' else 'moment'} ({unit})")
-    axes.set_title(f"residual force, mean in every cell: up to ±{_plain(largest)} {unit}")
+    axes.set_title(f"residual force, mean in every cell: up to ±{short_number(largest, 2)} {unit}")
     return axes
-
-
-def _plain(value: float) -> str:
-    """Two digits, without an exponent.
-
-    >>> _plain(812.3), _plain(0.0123)
-    ('810', '0.012')
-    """
-    return f"{float(f'{value:.2g}'):.12g}"
 
 
 def _bar(shades: ScalarMappable, axes: Axes, label: str) -> None:

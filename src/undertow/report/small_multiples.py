@@ -19,6 +19,7 @@ from matplotlib.lines import Line2D
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
 from undertow.recording.recording import Array
 from undertow.report.arrange import chosen
+from undertow.report.numbers import short_number
 from undertow.report.style import GREEN, GREY, INK, NOT_EXPLAINED, PALE, PRESCRIBED
 from undertow.report.trial_figures import (
     RUNAWAY,
@@ -26,7 +27,6 @@ from undertow.report.trial_figures import (
     leaves,
     reach,
     response,
-    short_number,
     thinned,
     trial_heading,
     with_words,

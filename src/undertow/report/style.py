@@ -16,6 +16,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
 from undertow.report.drawing import drawn
+from undertow.report.numbers import short_number
 from undertow.report.writing import true_minus
 
 BLUE, ORANGE, GREEN, VERMILLION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
@@ -45,6 +46,7 @@ SETTINGS: dict[Any, Any] = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.linewidth": 0.7,
+    "axes.formatter.use_mathtext": True,
     "axes.grid": True,
     "axes.axisbelow": True,
     "grid.color": "#e6e6e6",
@@ -106,7 +108,7 @@ def plain_log_ticks(axis: Axis, values: Sequence[float]) -> None:
             break
     if len(shown) < 2:
         shown = sorted({float(f"{min(values):.3g}"), float(f"{max(values):.3g}")})
-    axis.set_ticks(shown, [f"{tick:.6g}" for tick in shown])
+    axis.set_ticks(shown, [short_number(tick, 6).removeprefix("1 × ") for tick in shown])
     axis.set_ticks([], minor=True)
 
 

@@ -22,8 +22,8 @@ from undertow.discrepancy.words import percent
 from undertow.recording.recording import Array, Recording
 from undertow.report.arrange import chosen, excess
 from undertow.report.behind import is_repaired
+from undertow.report.numbers import short_number
 from undertow.report.style import DRAWN, GREEN, INK, NOT_EXPLAINED, PALE, PRESCRIBED, plain_log_ticks
-from undertow.report.wording import plain_number
 
 CURVES_AT_MOST = 8
 """Decays on one axes that a reader can still tell apart."""
@@ -112,16 +112,6 @@ def drawn_as(channel: str, coordinate: str) -> Response:
 def with_words(verdict: Verdict) -> str:
     """How the free run with more than the equation is called, where a verdict's trials have one."""
     return WITH_FOUND if is_repaired(verdict) else WITH_CLOSEST
-
-
-def short_number(value: float, digits: int = 3) -> str:
-    """At most so many digits, never with an "e".
-
-    >>> short_number(8.0), short_number(2031.7), short_number(2.66e6), short_number(1e-6)
-    ('8', '2030', '2.66 × 10⁶', '1 × 10⁻⁶')
-    """
-    short = f"{value:.{digits}g}"
-    return plain_number(value, digits) if "e" in short else short
 
 
 def allowance(trial: TrialFindings) -> float:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from undertow.comparison.limits import LEAST_P
 from undertow.discrepancy.words import spelled, with_names
 from undertow.quantities import OK, Estimate, format_estimate, unit_in_rotation
+from undertow.report.numbers import PLAIN_BELOW, plain_number, power_of_ten, printed_unit, with_powers_raised
 
 METHOD_LABELS: Mapping[str, str] = {
     "decay": "Decay envelope",
@@ -209,10 +210,9 @@ _OF_ALL, _OF_SPRING = re.compile(r"@all\b"), re.compile(r"@([^\s,;=]+)")
 _NO_UNIT = re.compile(r"(?<== )(\S+(?: \+- \S+)?) 1(?= )")
 _SIZE_OF = re.compile(r"\b([a-z]+(?:_[A-Za-z0-9]+)+) of ([\d.e+-]+)(?= (?!rad\b))")
 _EXPONENT = re.compile(r"(?<![\w.-])(-?\d+(?:\.\d+)?)e([+-]?\d+)\b")
-_POWER = re.compile(r"\^(-?\d+)")
 
-PLAIN_BELOW, PLAIN_ABOVE = 5, 8
-"""Powers of ten below which a number stands without one; an estimate with its error to that above."""
+PLAIN_ABOVE = 8
+"""Power of ten from which on an estimate with its error is written with one."""
 
 
 def reason_words(text: str) -> str:
@@ -253,7 +253,7 @@ def _reason_words(text: str) -> str:
     text = _BARE.sub("its coefficient", text)
     text = _IDENTIFIER.sub(lambda found: parameter_name(found.group()).words, in_plain_words(text))
     text = _EXPONENT.sub(lambda found: plain_number(float(found.group()), len(re.sub(r"\D", "", found[1]))), text)
-    return with_names(_POWER.sub(lambda found: found.group(1).translate(_SUPERSCRIPTS), text))
+    return with_names(with_powers_raised(text))
 
 
 def rejected_words(name: str, because: str) -> str:
@@ -275,19 +275,6 @@ def sentence_words(sentence: str, title: str) -> str:
     return start + reason_words(sentence.removeprefix(start))
 
 
-def plain_number(value: float, digits: int = 5) -> str:
-    """So many digits, without an exponent while it is below PLAIN_BELOW, else with a raised one.
-
-    >>> plain_number(974.0, 2), plain_number(3e11, 2), plain_number(2.5e-5, 2)
-    ('970', '3 × 10¹¹', '0.000025')
-    """
-    short = f"{value:.{digits}g}"
-    mantissa, marked, exponent = f"{float(short):.{digits - 1}e}".partition("e")
-    if not math.isfinite(value) or value == 0.0 or abs(int(exponent)) <= PLAIN_BELOW:
-        return f"{float(short):.{max(digits - 1 - int(exponent or 0), 0)}f}" if marked else short
-    return f"{float(mantissa):g} × 10{str(int(exponent)).translate(_SUPERSCRIPTS)}"
-
-
 _UNIT_BEHIND = re.compile(r"(?<=\d) (?=[^\W\d_]\w{0,3}(?:[,;:)]|$))")
 """The space between a number and a unit that ends a condition."""
 
@@ -306,19 +293,6 @@ def is_as_printed(method: str) -> bool:
     return "printed" in method
 
 
-_SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-
-
-def printed_unit(unit: str) -> str:
-    """A unit with raised exponents; empty for a pure number.
-
-    >>> printed_unit("N s^2/m^2"), printed_unit("1")
-    ('N s²/m²', '')
-    """
-    raised = re.sub(r"\^(-?\d+)", lambda found: found.group(1).translate(_SUPERSCRIPTS), unit)
-    return "" if unit == "1" else raised
-
-
 def estimate_text(estimate: Estimate, with_unit: bool = True) -> str:
     """Value and total standard error, digits as the error allows; says so where there is no error.
 
@@ -335,7 +309,7 @@ def estimate_text(estimate: Estimate, with_unit: bool = True) -> str:
     total = estimate.total_stderr
     if power := _power_apart(estimate.value, total):
         text, comma, said = estimate_text(estimate.scaled(10.0**-power, "1")).partition(",")
-        number = f"{f'({text})' if '±' in text else text} × 10{str(power).translate(_SUPERSCRIPTS)} {unit}".rstrip()
+        number = f"{f'({text})' if '±' in text else text} × {power_of_ten(power)} {unit}".rstrip()
         return number + comma + said
     if not math.isfinite(estimate.value):
         return "not found"

@@ -36,10 +36,11 @@ from undertow.report.difference import listed_in_words
 from undertow.report.driven_figures import draw_held_back, draw_whole
 from undertow.report.driven_page import Made, PagePart, PageTable, Picture, page_html
 from undertow.report.html import FIRST_IN
+from undertow.report.numbers import plain_number
 from undertow.report.style import new_figure, page_style, svg_text
 from undertow.report.trial_figures import Runs
 from undertow.report.verdict_file import plain
-from undertow.report.wording import estimate_text, parameter_words, plain_number
+from undertow.report.wording import estimate_text, parameter_words
 from undertow.report.writing import write_text
 
 VERSION = 1

@@ -25,7 +25,8 @@ from undertow.methods.driven_begin import START_SAMPLES
 from undertow.methods.driven_instrument import BesideInstrument, beside_instrument, by_regression
 from undertow.methods.driven_repeatability import repeatability_by_repeats, repeatability_by_scatter, scattered
 from undertow.quantities import OK, Estimate
-from undertow.report.wording import estimate_text, parameter_words, plain_number, reason_words
+from undertow.report.numbers import plain_number
+from undertow.report.wording import estimate_text, parameter_words, reason_words
 
 
 @dataclass(frozen=True)

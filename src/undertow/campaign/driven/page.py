@@ -27,9 +27,10 @@ from undertow.report.driven_figures import draw_held_back, draw_whole
 from undertow.report.driven_page import IN_TIME, PagePart, PageTable, Picture, WrittenEquation, verdict_of
 from undertow.report.explorer import CHANNEL_UNITS
 from undertow.report.html import FIRST_IN
+from undertow.report.numbers import plain_number, printed_unit
 from undertow.report.style import new_figure, page_style, svg_text
 from undertow.report.trial_figures import SWINGS_SHOWN, Response, Runs, drawn_as
-from undertow.report.wording import parameter_words, plain_number, printed_unit, reason_words
+from undertow.report.wording import parameter_words, reason_words
 
 DRAWN_AT_MOST = 12
 """Trials that the page draws."""

@@ -50,6 +50,7 @@ from undertow.methods.driven import DrivenFit
 from undertow.methods.driven_equations import equation_text, written
 from undertow.methods.driven_order import TAKES_ENERGY, power_given
 from undertow.report.driven_page import Made, page_html, write_page
+from undertow.report.numbers import short_number
 from undertow.report.writing import write_text
 
 UNCHECKED = "discrepancy.suspects names no law that can be tried on a driven body"
@@ -151,12 +152,13 @@ def found_words(training: Sequence[DrivenTrial], found: DrivenFound) -> str:
     before, after = (100.0 * rms / size for rms in found.validation)
     if not found.added:
         said = ", and no law that was tried helps" if found.tried else f"; nothing was checked: {UNCHECKED}"
-        return f"the given equation misses {before:.3g} % {unit} it never saw{said}."
+        return f"the given equation misses {short_number(before)} % {unit} it never saw{said}."
     names = ", ".join(found.added).replace("_", " ")
     left = "" if _adequate(training, found.best) else "; more than noise is left"
     kept = found.augmented.laws.memory.split(".")[0] if found.augmented else ""
     alike = f" The record cannot tell {kept} from {' or '.join(found.rivals)}." if kept and found.rivals else ""
-    return f"the given equation misses {before:.3g} % {unit} it never saw; with {names} {after:.3g} %{left}.{alike}"
+    missed = f"misses {short_number(before)} % {unit} it never saw; with {names} {short_number(after)} %"
+    return f"the given equation {missed}{left}.{alike}"
 
 
 def far_away(training: Sequence[DrivenTrial], missed: float) -> str:

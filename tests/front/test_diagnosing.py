@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import pickle
 from dataclasses import replace
@@ -349,6 +350,40 @@ def test_scikit_learn_cross_validates_trials(trials):
     scores = cross_val_score(undertow.Discover(**LIBRARY), trials, cv=len(trials), error_score="raise")
     assert len(scores) == len(trials)
     assert np.min(scores) > 0.9
+
+
+@pytest.mark.parametrize("shape", ["step", "axis", "axes", "rate"])
+def test_scikit_learn_scores_arrays_and_tables_as_they_were_fitted(trials, shape):
+    """Its `params` go to fit alone: score lacked the times, and every score was nan."""
+    X, t = [1e3 * m.recording.channels["displacement"] for m in trials], trials[0].recording.time
+    given = {"step": {"t": 1.0 / 60.0}, "axis": {"t": t}, "axes": {"t": [t] * len(X)}, "rate": {"rate_hz": 60.0}}[shape]
+    X = [pd.DataFrame({"x": x}) for x in X] if shape == "rate" else X
+    params = {**given, "units": {"x": "mm"}}
+    assert t[1] - t[0] == pytest.approx(1.0 / 60.0)
+    assert np.min(cross_val_score(undertow.Discover(**LIBRARY), X, cv=2, params=params, error_score="raise")) > 0.9
+
+
+def test_trials_with_times_of_their_own_cannot_be_scored_without_them(trials):
+    X, t = [m.recording.channels["displacement"] for m in trials], [m.recording.time for m in trials]
+    X[0], t[0] = X[0][:-1], t[0][:-1]
+    found = undertow.Discover(**LIBRARY).fit(X, t=t, units={"x": "m"})
+    with pytest.raises(RecordingError, match=r"fit was given a t for each of its 4 trials; give those of these, as in"):
+        found.score(X[1:])
+    assert found.score(X[1:], t=t[1:]) > 0.9
+    with pytest.raises(RecordingError, match=r"source is of type ndarray; give"):
+        found.score(X[1])  # a part of a record, as it may be
+
+
+def test_a_setting_that_discover_has_not_is_said_with_the_nearest_or_where_it_belongs():
+    with pytest.raises(TypeError, match=r"^Discover has no setting 'resample'; did you mean 'resamples'\? it has ter"):
+        undertow.Discover(resample=3)
+    with pytest.raises(TypeError, match=r"^Discover has no setting 'feature_library'; did you mean 'terms'\? it has"):
+        undertow.Discover(feature_library=["stiffness"])
+    with pytest.raises(TypeError, match=r"^Discover has no setting 'xyz'; it has terms, known, .*, random_state$"):
+        undertow.Discover(xyz=1)
+    with pytest.raises(TypeError, match=r"no setting 'units': say it in fit, as in Discover\(\).fit\(trials, units="):
+        undertow.Discover(units={"x": "mm"})
+    assert "resamples" in inspect.signature(undertow.Discover).parameters
 
 
 def test_what_discover_found_is_shown_scored_and_handed_over(trials, tmp_path):

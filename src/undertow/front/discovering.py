@@ -6,10 +6,12 @@ Belongs here: what `fit` may be given, tables, figures and hand-over of what it 
 
 from __future__ import annotations
 
+import difflib
 import html
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
-from typing import Any, Unpack, cast
+from inspect import signature
+from typing import Any, Self, Unpack, cast
 
 import numpy as np
 import pandas as pd
@@ -28,6 +30,7 @@ from undertow.front.columns import Columns, Units
 from undertow.front.diagnosing import diagnose
 from undertow.front.driving import Driven
 from undertow.front.found_equation import FoundEquation, every_trial, mean_score
+from undertow.front.in_memory import are_arrays, one_clock
 from undertow.front.known import ReadSettings
 from undertow.front.prediction import Prediction, normal_thetas, predict, scatter_of
 from undertow.front.reading import read
@@ -52,6 +55,12 @@ from undertow.uncertainty.posterior import Draws
 
 SCATTERED = {law.name: law.structural for law in catalogue() if law.structural}
 """What a campaign calls the coefficients that differ from trial to trial."""
+
+PYSINDY = {"feature_library": "terms", "library": "terms", "equation": "terms", "seed": "random_state"}
+"""Settings by what they are called elsewhere."""
+
+OF_A_TABLE = ("rate_hz", "coordinate", "accept", "variable")
+"""What `read` is told of every table, and not of a trial by its name or place."""
 
 ADEQUATE = {"nothing_missing": True, "present_but_small": True, "cannot_tell": None}
 """What a verdict says of an equation; any other says that it is not adequate."""
@@ -105,6 +114,16 @@ class Discover(FoundEquation, Estimator):
     ['stiffness', 'viscous_damping', 'quadratic_drag']
     """
 
+    __signature__ = signature(Estimator)
+
+    def __new__(cls, *given: Any, **settings: Any) -> Self:
+        """A new one; TypeError for a setting that it has not, with the nearest that it has."""
+        known = list(signature(cls).parameters)
+        if strange := [name for name in settings if name not in known]:
+            raise TypeError(_no_setting(cls.__name__, strange[0], known))
+        made: Self = super().__new__(cls)
+        return made
+
     def fit(
         self,
         trials: Any,
@@ -148,7 +167,8 @@ class Discover(FoundEquation, Estimator):
                 f"the second argument is y, which stands there for scikit-learn and is not read: give times or a step "
                 f"by name, as in t=0.01; without them {error}"
             ) from error
-        self.failed_, self._given = self.trials_.failed, (columns, units)
+        kept = {name: value for name, value in reading.items() if name in OF_A_TABLE}
+        self.failed_, self._given = self.trials_.failed, {"columns": columns, "units": units, "t": t, **kept}
         super().fit(self.trials_)
         return self
 
@@ -185,10 +205,21 @@ class Discover(FoundEquation, Estimator):
             raise IdentificationError(f"u is given, but this {type(self).__name__} was fitted without; leave u out")
         return Driven(self.driven_.best, self.driven_trials_)
 
-    def _as_fitted(self, trials: Any, columns: Columns | None, units: Units | None) -> tuple[Any, Any]:
-        """Columns and units as said, else those that ``fit`` was given, for trials that are not read yet."""
+    def _as_fitted(self, trials: Any, **said: Any) -> dict[str, Any]:
+        """How trials that are not read yet are to be read: as ``said``, else as those that ``fit`` was given; of
+        several arrays the times too, where these were one step or one axis.
+
+        Raises RecordingError where each trial of ``fit`` had times of its own.
+        """
         self._fitted()
-        return (columns, units) if columns or units or isinstance(trials, Trials) else self._given
+        if said.get("columns") or said.get("units") or isinstance(trials, Trials):
+            return said
+        given = {**self._given}
+        if said.get("t") is None and given["t"] is not None and are_arrays(trials):
+            given["t"] = one_clock(given["t"])
+        else:
+            given["t"] = said.get("t")
+        return given
 
     def equations(self, precision: int | None = None) -> list[str]:
         """The equation over the mass in one line, each number with the digits that its error allows, or ``precision``
@@ -213,7 +244,7 @@ class Discover(FoundEquation, Estimator):
 
     def free_runs(self, trials: Any) -> tuple[FreeRun, ...]:
         """Each trial's free run with x0, clock and rest position fitted to it."""
-        return Estimator.free_runs(self, every_trial(trials, *self._as_fitted(trials, None, None)))
+        return Estimator.free_runs(self, every_trial(trials, **self._as_fitted(trials)))
 
     def predict(
         self, trials: Any, *, t: ArrayLike | Sequence[ArrayLike] | None = None, columns: Columns | None = None,
@@ -224,7 +255,7 @@ class Discover(FoundEquation, Estimator):
         free run over one record x, begun from its first 50 samples."""
         if u is not None:
             return [self._driven().predict(trials, t=cast(ArrayLike, t), u=u, units=units).values]  # noqa: PD011
-        return super().predict(every_trial(trials, *self._as_fitted(trials, columns, units), t=t))
+        return super().predict(every_trial(trials, **self._as_fitted(trials, columns=columns, units=units, t=t)))
 
     def prediction(self, trials: Any = None, **settings: Any) -> Prediction:
         """The equation run free with a 90 % band; see `undertow.predict`."""
@@ -238,8 +269,10 @@ class Discover(FoundEquation, Estimator):
         them, its own where none are given. With ``u`` that of one driven record."""
         if u is not None:
             return self._driven().score(trials, t=cast(ArrayLike, t), u=u, units=units)
-        columns, units = self._as_fitted(trials, columns, units)
-        return super().score(trials, t=t, columns=columns, units=units)
+        if trials is None:
+            return self._own_score()
+        how = self._as_fitted(trials, columns=columns, units=units, t=t)
+        return mean_score(self.free_runs(every_trial(trials, **how)))
 
     def _own_score(self) -> float:
         return mean_score(self.free_runs(self._own_trials()))
@@ -341,3 +374,13 @@ class Discover(FoundEquation, Estimator):
             first, *rest = str(self._driven()).split("\n")
             return "\n".join([sentence_of("x", self.driven_trials_, self.driven_), f"  {first}", *rest])
         return self.fit_report() if self.__sklearn_is_fitted__() else repr(self)
+
+
+def _no_setting(called: str, name: str, known: Sequence[str]) -> str:
+    """That there is no such setting, and where it belongs or which was meant."""
+    of_fit = ("t", "u", "hold", "columns", "units", *ReadSettings.__annotations__)
+    if name in of_fit:
+        return f"{called} has no setting {name!r}: say it in fit, as in {called}().fit(trials, {name}=...)"
+    near = PYSINDY.get(name) or next(iter(difflib.get_close_matches(name, known, n=1)), "")
+    meant = f"did you mean {near!r}? " if near else ""
+    return f"{called} has no setting {name!r}; {meant}it has {', '.join(known)}"

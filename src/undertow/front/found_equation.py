@@ -7,7 +7,7 @@ Belongs here: the methods that `fit`, `Discover` and `diagnose` share. Does not 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import pandas as pd
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from undertow.errors import RecordingError, UndertowError
 from undertow.front.columns import Columns, Units
 from undertow.front.handover import HandOver
+from undertow.front.known import ReadSettings
 from undertow.front.prediction import Prediction, predict
 from undertow.front.reading import read
 from undertow.front.simulation import Simulation, simulate
@@ -135,11 +136,11 @@ class FoundNumbers(FoundEquation):
 
 def every_trial(
     source: Any, columns: Columns | None = None, units: Units | None = None, *,
-    t: ArrayLike | Sequence[ArrayLike] | None = None,
+    t: ArrayLike | Sequence[ArrayLike] | None = None, **reading: Unpack[ReadSettings],
 ) -> Trials:  # fmt: skip
     """What `read` makes of ``source``; RecordingError where one of its trials cannot be used: of results in order, one
     each, those behind it would belong to others. `Trials` say themselves what is not among them."""
-    found = read(source, columns, units, t=t)
+    found = read(source, columns, units, t=t, **reading)
     if found.failed and not isinstance(source, Trials):
         raise RecordingError(
             f"{len(found.failed)} of {len(found) + len(found.failed)} trials cannot be used: {found.failed[0].reason}; "

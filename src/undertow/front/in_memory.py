@@ -107,6 +107,30 @@ def timed(X: Any, t: Any) -> list[tuple[Any, Any]]:
     return list(zip(arrays, times, strict=True))
 
 
+def are_arrays(source: Any) -> bool:
+    """Whether trials are a list of arrays, which say no times of their own. A single array may be a part of a record.
+
+    >>> are_arrays([np.zeros(3), np.zeros(3)]), are_arrays(np.zeros(3)), are_arrays(["r1.csv"])
+    (True, False, False)
+    """
+    if not isinstance(source, list) or not source:
+        return False
+    owned = str | PathLike | pd.DataFrame | pd.Series | Recording | Motion
+    return all(not isinstance(one, owned) and np.ndim(one) > 0 for one in source)
+
+
+def one_clock(t: Any) -> Any:
+    """The step or the times that several trials share; RecordingError where each has its own."""
+    if not isinstance(t, list | tuple) or not t or np.ndim(t[0]) == 0:
+        return t
+    if all(np.array_equal(one, t[0]) for one in t):
+        return t[0]
+    raise RecordingError(
+        f"fit was given a t for each of its {len(t)} trials; give those of these, as in score(X, t=...), or tables "
+        "that hold their own time"
+    )
+
+
 def table_of(
     X: Any, t: ArrayLike, units: Mapping[str, str] | None = None
 ) -> tuple[pd.DataFrame, float | None, Mapping[str, str] | None]:

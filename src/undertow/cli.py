@@ -364,13 +364,14 @@ def audit(
 ) -> None:
     """Check published tables: what physics their trends and disagreements betray; write audit.json and audit.html."""
     from undertow.campaign.audit.published import audit_to_folder
+    from undertow.report.audit_page import audit_text
     with _progress(quiet) as progress:
         findings, folder = audit_to_folder(config, out, overrides or (), progress)
     if as_json:
         typer.echo((folder / "audit.json").read_text(encoding="utf-8").rstrip())
         return
     for series in findings.series:
-        typer.echo(f"{series.name}: {series.verdict.sentence}")
+        typer.echo(f"{series.name}: {audit_text(series.verdict.sentence)}")
     typer.echo(f"{len(findings.checks)} things do not fit together; written: {folder / 'audit.html'}")
 
 

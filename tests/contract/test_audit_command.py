@@ -32,6 +32,7 @@ def folder(tmp_path_factory):
         main(["audit", str(CONFIG), "--set", SMALL, "--set", "nodes=8", "--out", str(out)])
     assert not end.value.code
     assert "Table 8: " in said.getvalue()
+    (out / "terminal.txt").write_text(said.getvalue(), encoding="utf-8")
     return out
 
 
@@ -74,6 +75,14 @@ def test_the_page_stands_alone_and_shows_every_figure(folder):
     assert page.count("<svg") == len(list((folder / "figures").glob("*.svg"))) == 3
     assert not re.search(r'(src|href)="(?!#|data:)', page)
     assert "http" not in re.sub(r'xmlns(:\w+)?="[^"]*"|<!DOCTYPE[^>]*>', "", page)
+
+
+def test_the_terminal_says_the_pages_sentence_in_words(folder):
+    said = (folder / "terminal.txt").read_text(encoding="utf-8").splitlines()
+    assert "rest offset" in said[0]
+    assert not re.search(r"\b[a-z]+_[a-z]+|\de[+-]?\d", said[0])
+    series = json.loads((folder / "audit.json").read_text(encoding="utf-8"))["tables"][0]
+    assert "rest_offset" in series["sentence"]  # in the file names are those of the contract
 
 
 def readable(page: str) -> str:

@@ -85,12 +85,10 @@ _FORMULAS = {
 }  # fmt: skip
 
 
-def audit_words(text: str) -> Markup:
+def audit_text(text: str) -> str:
     """A sentence of the audit for a reader: names, conditions and powers in words and signs, probabilities in per cent.
 
-    >>> print(audit_words("m_a is 1.0918e+08 times k x0^2 / 2 at water_depth_m = 2.22 and 2.29, +- 1"))
-    m<sub>a</sub> is 1.0918 × 10⁸ times k x₀²/2 at water depth 2.22 and 2.29\N{NO-BREAK SPACE}m, ± 1
-    >>> print(audit_words("coulomb_friction does (probability 0.995)"))
+    >>> print(audit_text("coulomb_friction does (probability 0.995)"))
     Coulomb friction does (probability 99.5\N{NO-BREAK SPACE}%)
     """
     text = _AT_LEVELS.sub(lambda found: condition_words(found[1], found[2]), text)
@@ -98,8 +96,16 @@ def audit_words(text: str) -> Markup:
     for printed, meant in _FORMULAS.items():
         text = text.replace(printed, meant)
     text = _MINUS.sub("\N{MINUS SIGN}", text)
-    text = _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", reason_words(text))
-    return Markup(str(escape(text)).replace("mₐ", "m<sub>a</sub>").replace("C_d", "C<sub>d</sub>"))
+    return _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", reason_words(text))
+
+
+def audit_words(text: str) -> Markup:
+    """The same on the page, where letters stand below the line.
+
+    >>> print(audit_words("m_a is 1.0918e+08 times k x0^2 / 2 at water_depth_m = 2.22 and 2.29, +- 1"))
+    m<sub>a</sub> is 1.0918 × 10⁸ times k x₀²/2 at water depth 2.22 and 2.29\N{NO-BREAK SPACE}m, ± 1
+    """
+    return Markup(str(escape(audit_text(text))).replace("mₐ", "m<sub>a</sub>").replace("C_d", "C<sub>d</sub>"))
 
 
 def effect_words(effects: Sequence[str], water: bool = True) -> str:

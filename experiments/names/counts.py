@@ -18,6 +18,8 @@ Row = Mapping[str, str]
 Numbers = dict[str, object]
 
 OUTCOMES = ("right", "more", "rival", "part", "dry", "unknown", "nothing", "wrong", "failed")
+WITH_ANOTHER = ("wrong", "more", "rival", "part")
+"""Outcomes in which another name was said."""
 CONFIDENCE_WITHIN = 0.05
 """A view's confidence may differ by so much from the first view's."""
 
@@ -89,7 +91,7 @@ def by_name(rows: Sequence[Row]) -> Numbers:
 
 def _counted(rows: Sequence[Row]) -> Numbers:
     outcomes = Counter(outcome(r) for r in rows)
-    others = Counter(said(r) for r in rows if outcome(r) in ("wrong", "more", "rival", "part"))
+    others = Counter(said(r) for r in rows if outcome(r) in WITH_ANOTHER)
     return {
         "campaigns": len(rows),
         **{o: outcomes[o] for o in OUTCOMES if outcomes[o]},
@@ -98,19 +100,22 @@ def _counted(rows: Sequence[Row]) -> Numbers:
     }
 
 
-def matrix(rows: Sequence[Row], strength: float) -> tuple[list[str], list[str], list[list[float]]]:
-    """Hidden names, what was said, and the share of campaigns, at one strength; several names count as one label."""
-    chosen = [r for r in rows if float(r["strength"]) == strength]
-    hidden = [e.name for e in EFFECTS if any(r["hidden"] == e.name for r in chosen)]
-    labels = [verdict_name(n) for n in hidden]
-    extra = sorted({said(r) for r in chosen} - set(labels) - {"nothing", "unknown", "failed"})
-    columns = [*dict.fromkeys(labels), *extra, "unknown", "nothing", "failed"]
-    table = []
-    for name in hidden:
-        mine = [said(r) for r in chosen if r["hidden"] == name]
-        table.append([mine.count(c) / len(mine) for c in columns])
-    used = [i for i, c in enumerate(columns) if c in labels or any(line[i] for line in table)]
-    return hidden, [columns[i] for i in used], [[line[i] for i in used] for line in table]
+def against(rows: Sequence[Row]) -> list[tuple[str, dict[str, Counter[str]]]]:
+    """Each hidden name with what was said of it, all strengths together: outcome -> how often which other names.
+
+    "right" is parted: "beside" where unknown stands beside the hidden name. Names that are found most often come first,
+    then those of the catalogue's order.
+    """
+    found = []
+    for effect in EFFECTS:
+        counted: dict[str, Counter[str]] = {}
+        for row in (r for r in rows if r["hidden"] == effect.name):
+            kind = outcome(row)
+            kind = "beside" if kind == "right" and "unknown" in names_in(row["wet"]) else kind
+            counted.setdefault(kind, Counter())[said(row) if kind in WITH_ANOTHER else ""] += 1
+        if counted:
+            found.append((effect.name, counted))
+    return sorted(found, key=lambda one: -sum(one[1][kind].total() for kind in ("right", "beside") if kind in one[1]))
 
 
 def seiche(rows: Sequence[Row]) -> Numbers:

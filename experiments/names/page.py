@@ -7,6 +7,7 @@ Belongs here: words, tables and the picture, made from the studies' rows alone. 
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,12 +16,25 @@ import matplotlib
 
 matplotlib.use("svg")
 import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
 
 from experiments.names import counts
 from experiments.names.rows import read
 
-MEDIUM = 1.5
-"""Strength at which the picture is drawn."""
+HEADINGS = {
+    "right": "its name", "beside": "its name and\nunknown", "more": "its name and\nanother",
+    "rival": "another, it\nas a rival", "part": "one of two", "wrong": "a wrong name",
+    "unknown": "something\nunknown", "dry": "it, in dry\ntrials alone", "nothing": "nothing", "failed": "no verdict",
+}  # fmt: skip
+"""Columns of the picture, from right to wrong, in words."""
+
+COLOURS = {"right": "#009E73", "beside": "#009E73", "more": "#E69F00", "rival": "#E69F00", "part": "#E69F00",
+           "wrong": "#D55E00"}  # fmt: skip
+"""Colours of its cells; all others are grey."""
+
+CELL_IN = (1.55, 0.3)
+"""Width and height of a cell, inch."""
 
 READING = Path(__file__).resolve().parent / "reading.md"
 """Why verdicts came out wrong, written by hand from single campaigns looked into."""
@@ -64,7 +78,7 @@ def make_page(results: Path, docs: Path) -> None:
     }
     (docs / "confusion.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     (docs / "confusion.md").write_text(page_text(found), encoding="utf-8")
-    if any(float(r["strength"]) == MEDIUM for r in rows["confusion"]):
+    if rows["confusion"]:
         _picture(rows["confusion"], docs / "confusion.svg")
 
 
@@ -141,7 +155,7 @@ def _names(title: str, found: Mapping[str, Any], picture: bool) -> str:
     strengths = sorted({float(s) for many in found.values() for s in many})
     lines = [f"## {title}", ""]
     if picture:
-        lines += ["![What is hidden against what is said, medium strength](confusion.svg)", ""]
+        lines += ["![What is hidden against what is said](confusion.svg)", ""]
     lines += [
         "right: exactly the hidden names (or these and unknown). more: them and another. rival: named as inseparable "
         "from the answer. part: one of two. dry: named in the dry trials, not in the wet ones. unknown: only "
@@ -219,20 +233,38 @@ def _invariance(found: Mapping[str, Any]) -> str:
 
 
 def _picture(rows: list[dict[str, str]], path: Path) -> None:
-    """Hidden against said at medium strength, as shares of campaigns."""
-    hidden, columns, table = counts.matrix(rows, MEDIUM)
+    """What is hidden against what is said of it: campaigns of all strengths, counted."""
+    table = counts.against(rows)
+    columns = [kind for kind in HEADINGS if any(kind in counted for _, counted in table)]
     matplotlib.rcParams["svg.hashsalt"] = "confusion"
-    figure, axes = plt.subplots(figsize=(0.36 * len(columns) + 3.0, 0.3 * len(hidden) + 3.0))
-    axes.imshow(table, cmap="Greys", vmin=0.0, vmax=1.0, aspect="auto")
-    for i, line in enumerate(table):
-        for j, share in enumerate(line):
-            if share:
-                colour = "white" if share > 0.5 else "black"
-                axes.text(j, i, f"{share:.2g}", ha="center", va="center", fontsize=6, color=colour)
-    axes.set_xticks(range(len(columns)), [c.replace("+", " + ") for c in columns], rotation=90, fontsize=7)
-    axes.set_yticks(range(len(hidden)), hidden, fontsize=7)
-    axes.set_xlabel("said")
-    axes.set_ylabel("hidden")
-    axes.set_title(f"Share of campaigns, strength {MEDIUM:g}", fontsize=9)
+    figure, axes = plt.subplots(figsize=(CELL_IN[0] * len(columns), CELL_IN[1] * (len(table) + 1)))
+    for i, (_, counted) in enumerate(table):
+        total = sum(one.total() for one in counted.values())
+        for j, kind in enumerate(columns):
+            if kind in counted:
+                _cell_drawn(axes, (j, i), kind, counted[kind], total)
+    labels = [f"{name.replace('_', ' ')}  " for name, _ in table]
+    axes.set_yticks(range(len(table)), labels, fontsize=11)
+    axes.set_xticks(range(len(columns)), [HEADINGS[kind] for kind in columns], fontsize=11, fontweight="bold")
+    axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(table) - 0.5, -0.5))
+    axes.tick_params(length=0, top=False, labeltop=True, labelbottom=False)
+    axes.hlines([i + 0.5 for i in range(len(table) - 1)], -0.5, len(columns) - 0.5, color="#dddddd", lw=0.6)
+    axes.spines[:].set_visible(False)
+    axes.set_ylabel("hidden", fontsize=11)
+    axes.set_title(f"what was said, in campaigns of strength {_listed(rows)} together", fontsize=11, pad=12)
     figure.savefig(path, bbox_inches="tight", metadata={"Date": None})
     plt.close(figure)
+
+
+def _listed(rows: list[dict[str, str]]) -> str:
+    """Strengths of the rows, smallest first."""
+    return ", ".join(f"{s:g}" for s in sorted({float(r["strength"]) for r in rows}))
+
+
+def _cell_drawn(axes: Axes, place: tuple[int, int], kind: str, said: Counter[str], total: int) -> None:
+    """How many campaigns had an outcome: darker the more of all, with the other names that were said."""
+    corner, shade = (place[0] - 0.49, place[1] - 0.46), 0.2 + 0.3 * said.total() / total
+    axes.add_patch(Rectangle(corner, 0.98, 0.92, color=COLOURS.get(kind, "#777777"), alpha=shade, lw=0))
+    others = ", ".join(name.replace("_", " ").replace("+", " + ") for name in said if name)
+    axes.text(*place, f"{said.total()}: {others}" if others else str(said.total()), ha="center",
+              va="center_baseline", fontsize=9 if others else 11)  # fmt: skip

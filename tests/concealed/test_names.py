@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
+import matplotlib
 import numpy as np
 import pytest
 
@@ -14,7 +16,7 @@ from experiments.names.__main__ import RESULTS, main
 from experiments.names.effects import EFFECTS, acts_on, find
 from experiments.names.folder import View, write
 from experiments.names.motion import release
-from experiments.names.page import page_text
+from experiments.names.page import _picture, page_text
 from experiments.names.recordings import record
 from experiments.names.rigs import FLUME, Plan
 from experiments.names.scenes import Campaign
@@ -242,6 +244,23 @@ def test_a_size_said_of_dry_trials_is_that_on_their_own_spring():
         planted = replace(campaign, sizes={"cubic_stiffness": sizes[spring]})
         assert abs(planted.numbers(trial, scattered=False)["k3"]) == pytest.approx(1e3)
     assert sizes["long"] > 5.0 * sizes["short"]  # 38 times: k over the square of the largest release
+
+
+def test_the_picture_counts_every_campaign_in_letters_that_can_be_read(tmp_path, monkeypatch):
+    monkeypatch.setitem(matplotlib.rcParams, "svg.fonttype", "none")
+    many = rows.read(RESULTS / "confusion.csv")
+    _picture(many, tmp_path / "p.svg")
+    svg = (tmp_path / "p.svg").read_text(encoding="utf-8")
+    sizes = {float(size) for size in re.findall(r"font(?:-size)?:[^;\"']*?([\d.]+)px", svg)}
+    assert min(sizes) >= 9.0
+    said = re.findall(r">([^<>]+)</text>", svg)
+    found = counts.against(many)
+    assert len(many) == sum(one.total() for _, counted in found for one in counted.values())
+    assert {name.replace("_", " ") for name, _ in found} <= {text.strip() for text in said}
+    assert sum(int(text.partition(":")[0]) for text in said if re.match(r"\d+(:|$)", text)) == len(many)
+    order = [counted.keys() for _, counted in found]
+    assert "right" in order[0]
+    assert not {"right", "beside"} & order[-1]  # names that are found stand above those that are not
 
 
 def test_the_page_is_made_from_the_rows_that_are_committed():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from decimal import Decimal
 
 import numpy as np
 import pandas as pd
@@ -416,6 +417,63 @@ def test_columns_that_look_alike_are_refused_until_one_is_named(decay):
 def test_what_is_said_of_a_table_and_is_not_there_is_refused(decay, settings, message):
     with pytest.raises(RecordingError, match=message):
         undertow.read(table_of(decay), **settings)
+
+
+@pytest.mark.parametrize("held", ["texts", "objects", "decimals", "nullable"])
+def test_numbers_are_read_however_a_table_holds_them(decay, held):
+    table = table_of(decay).round(6)
+    texts = table.astype(str)
+    texts.loc[7, "x"] = None
+    table.loc[7, "x"] = np.nan
+    given = {
+        "texts": texts, "objects": table.astype(object).where(table.notna(), None),
+        "decimals": table.assign(x=[None if v is None else Decimal(v) for v in texts["x"]]),
+        "nullable": table.convert_dtypes(),
+    }[held]  # fmt: skip
+    read = undertow.read(given, units={"x": "mm"})[0]
+    assert np.array_equal(read.x, undertow.read(table, units={"x": "mm"})[0].x)
+
+
+@pytest.mark.parametrize(
+    ("cell", "said"),
+    [("overload", "'overload' in row 7 from 0; write None or NaN where a value is missing"),
+     ([1.0], r"\[1.0\] in row 7 from 0; write None or NaN"),
+     ("0,5", "'0,5' in row 7 from 0; numbers have a decimal comma: read the file with decimal=','")],
+)  # fmt: skip
+def test_a_cell_that_is_no_number_is_said_with_its_column_value_and_row(decay, cell, said):
+    table = table_of(decay).astype(object)
+    table.at[7, "x"] = cell
+    for columns in (None, {"time": "t", "displacement": "x"}):
+        with pytest.raises(RecordingError, match=rf"^column 'x' holds what is no number, {said}"):
+            undertow.read(table, columns=columns, units={"x": "mm"})
+    table.index = table.index + 100
+    with pytest.raises(RecordingError, match=r"in row 7 from 0 \(index 107\); "):
+        undertow.read(table, units={"x": "mm"})
+
+
+def test_a_column_of_words_beside_the_channels_is_passed_over(decay):
+    table = table_of(decay).assign(position="left")
+    assert undertow.read(table, units={"x": "mm"})[0].amplitude == pytest.approx(0.1, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("change", "settings", "message"),
+    [
+        (lambda t: t.assign(x=t.x + 0j), {}, r"^column 'x' holds complex numbers; give real part"),
+        (lambda t: t.set_axis(pd.MultiIndex.from_tuples([("t", "s"), ("x", "mm")]), axis=1), {},
+         r"^the table has 2 rows of names, as \('x', 'mm'\); make one of them, as in table.columns = "),
+        (lambda t: t.assign(y=t.x).set_axis(["t", "x", "x"], axis=1), {}, r"^the table has 2 columns 'x'; rename"),
+        (lambda t: t, {"units": {"x": 3}}, r"^units says that 'x' is in 3; give the unit's name, as in \"mm\""),
+        (lambda t: t, {"rate_hz": "50"}, r"^rate_hz is '50'; give samples in a second, as in rate_hz=100.0"),
+        (lambda t: t, {"columns": {"time": None, "displacement": "x"}}, r"^columns says that time is in None; the tab"),
+        (lambda t: t, {"names": [3]}, r"^names has 3 for trial 1; give a text, as in \"r1\""),
+        (lambda t: t, {"conditions": 5}, r"^conditions is 5; give a mapping, as in "),
+        (lambda t: t.assign(t=0.0), {}, r"its clock is coarser than its samples; give rate_hz=... in its place"),
+    ],
+)  # fmt: skip
+def test_what_no_table_or_setting_can_be_is_refused_in_a_sentence(decay, change, settings, message):
+    with pytest.raises(RecordingError, match=message):
+        undertow.read(change(table_of(decay)), **{"units": {"x": "mm"}, **settings})
 
 
 def test_a_table_without_a_channel_time_or_numbers_is_refused(decay):

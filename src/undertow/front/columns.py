@@ -12,12 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from undertow.errors import RecordingError
+from undertow.errors import RecordingError, shown
 from undertow.recording.catalogue import ChannelSpec, TimeSpec
 from undertow.recording.layout import Column
 from undertow.recording.propose import counts_rows, name_and_unit, propose_mapping, step_in_doubt, two_without_names
 from undertow.recording.recording import CHANNELS, Array, Coordinate
 from undertow.recording.stacked import stacked
+from undertow.recording.text import is_number
 from undertow.recording.units import KNOWN, factor_to_si, is_unit_of
 
 Columns = Mapping[str, Column | Sequence[Column]]
@@ -58,8 +59,19 @@ def mapped(
     >>> mapped(table, None, {"x": "mm"}).channels["displacement"].unit
     'mm'
     """
+    if isinstance(table.columns, pd.MultiIndex):
+        raise RecordingError(
+            f"the table has {table.columns.nlevels} rows of names, as {table.columns[-1]!r}; make one of them, as in "
+            'table.columns = [f"{name} [{unit}]" for name, unit in table.columns]'
+        )
+    if not table.columns.is_unique:
+        twice = table.columns[table.columns.duplicated()][0]
+        raise RecordingError(f"the table has {(table.columns == twice).sum()} columns {twice!r}; rename all but one")
     _must_map("columns", columns, '{"time": "t", "displacement": "x"}')
     _must_map("units", units, '{"x": "mm"}')
+    for name, unit in (units or {}).items():
+        if not (unit is None or isinstance(unit, str)):
+            raise RecordingError(f"units says that {name!r} is in {shown(unit)}; give the unit's name, as in \"mm\"")
     said = _said(table, units or {})
     if columns is None:
         chosen, time = _guessed(table, said, rate_hz)
@@ -102,13 +114,50 @@ def _must_map(name: str, given: object, example: str) -> None:
 
 
 def _numbers(table: pd.DataFrame, column: Column) -> Array:
+    """A column's values; RecordingError with the first that is none and its row."""
     if pd.api.types.is_bool_dtype(table[column]):
         raise RecordingError(f"column {column!r} holds truth values, and no numbers; give what the sensor said")
+    if np.iscomplexobj(table[column]):
+        raise RecordingError(f"column {column!r} holds complex numbers; give real part, absolute value or angle")
     try:
         values: Array = table[column].to_numpy(dtype=np.float64, na_value=np.nan)
     except (TypeError, ValueError) as error:
-        raise RecordingError(f"column {column!r} holds what is no number ({error}); repair the table") from error
+        raise RecordingError(f"column {column!r} holds what is no number, {_first_text(table[column])}") from error
     return values
+
+
+def _first_text(cells: pd.Series) -> str:
+    """The first cell that is no number, its row, and what to do."""
+    wrong = (_converted(cells).isna() & cells.notna()).to_numpy()
+    at = int(wrong.argmax())
+    cell = cells.iloc[at]
+    comma = isinstance(cell, str) and is_number(cell.strip(), ",")
+    advice = (
+        "numbers have a decimal comma: read the file with decimal=',', or give undertow.read its path" if comma
+        else "write None or NaN where a value is missing, and leave out rows that are none of the recording"
+    )  # fmt: skip
+    label = "" if cells.index[at] == at else f" (index {cells.index[at]!r})"
+    return f"{shown(cell)} in row {at} from 0{label}; {advice}"
+
+
+def _converted(cells: pd.Series) -> pd.Series:
+    """Cells as numbers, NaN where one is none."""
+    return pd.to_numeric(cells.map(lambda cell: cell if np.ndim(cell) == 0 else None), errors="coerce")
+
+
+def _of_numbers(table: pd.DataFrame) -> pd.DataFrame:
+    """The columns of numbers, also of those that are held as texts or objects: most of their cells are numbers."""
+    found = {}
+    for column in table.columns:
+        cells = table[column]
+        if cells.dtype.kind in "OTU" or isinstance(cells.dtype, pd.StringDtype):
+            texts = cells.map(lambda cell: cell.replace(",", ".", 1) if isinstance(cell, str) else cell)
+            numbers = _converted(texts)
+            if 2 * int(numbers.notna().sum()) > int(cells.notna().sum()):
+                found[column] = numbers.astype(np.float64)
+        elif pd.api.types.is_numeric_dtype(cells) and not pd.api.types.is_bool_dtype(cells):
+            found[column] = cells.map(np.real) if np.iscomplexobj(cells) else cells
+    return pd.DataFrame(found, index=table.index)
 
 
 def _said(table: pd.DataFrame, units: Units) -> dict[Column, str]:
@@ -137,7 +186,7 @@ def _guessed(
     table: pd.DataFrame, said: Mapping[Column, str], rate_hz: float | None
 ) -> tuple[dict[str, tuple[Column, ...]], Column | None]:
     """Channels and time by the columns' names, as `undertow inspect` proposes them."""
-    numbers = table.select_dtypes("number")
+    numbers = _of_numbers(table)
     proposal = propose_mapping(numbers, said)
     for quantity, alike in proposal.alike.items():
         clock = f'"time": {proposal.time.column!r}, ' if proposal.time is not None else ""
@@ -184,7 +233,8 @@ def _named(
             raise RecordingError(
                 f"columns names the quantity {quantity!r}; it may be time, {', '.join(CHANNELS)}: correct it"
             )
-        names = (where,) if isinstance(where, (str, int)) else tuple(where)
+        alone = isinstance(where, (str, int)) or not isinstance(where, Sequence)
+        names: tuple[Column, ...] = (where,) if alone else tuple(where)  # type: ignore[assignment,arg-type]
         for name in names:
             if name not in table.columns:
                 raise RecordingError(f"columns says that {quantity} is in {name!r}; the table has {_shown(table)}")

@@ -9,6 +9,7 @@ from __future__ import annotations
 import glob
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -64,6 +65,10 @@ class _Asked:
     coordinate: Coordinate | None
     accept: tuple[DoubtKind, ...]
     variable: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.rate_hz is not None and not isinstance(self.rate_hz, Real):
+            raise RecordingError(f"rate_hz is {shown(self.rate_hz)}; give samples in a second, as in rate_hz=100.0")
 
 
 def read(
@@ -218,6 +223,8 @@ class _Said:
             return own or f"trial_{at + 1}"
         if isinstance(self._names, str) or at >= len(self._names):
             raise RecordingError(f"names is {self._names!r}, which names no trial {at + 1}; give one name a trial")
+        if not isinstance(self._names[at], str):
+            raise RecordingError(f"names has {shown(self._names[at])} for trial {at + 1}; give a text, as in \"r1\"")
         return self._names[at]
 
     def conditions(self, at: int, name: str) -> Conditions:
@@ -225,6 +232,8 @@ class _Said:
         said = self._conditions
         if said is None:
             return {}
+        if not isinstance(said, Mapping | Sequence | np.ndarray) or isinstance(said, str):
+            raise RecordingError(f"conditions is {shown(said)}; give a mapping, as in {{\"spring\": \"long\"}}")
         if not isinstance(said, Mapping):
             if at >= len(said):
                 raise RecordingError(f"conditions has {len(said)} entries but there is a trial {at + 1}; give one each")

@@ -40,6 +40,7 @@ REASONS_SHOWN = 2
 """Reasons why trials cannot be used, in a message at most: most trials have the same."""
 
 ARGUMENTS = {
+    r"(recordings\.)?channels\.time: \{rate_hz: \.\.\.\}": "rate_hz=...",
     r" \(recordings\.exclude\)": "", r"set trials\.window\.start_s": "set window=(start_s, None)",
     r"set trials\.window\.end_s": "set window=(None, end_s)", r"trials\.window(\.\w+)?": "window=(start_s, end_s)",
     r'recordings\.releases: \{"[^"]*": (\[[^]]*\])\}, which undertow init and inspect write': r"releases=\1",

@@ -141,6 +141,7 @@ def test_an_angle_is_drawn_in_degrees_and_its_numbers_are_moments(lacking, tmp_p
     assert units["stiffness.k_N_per_m"] == "N m/rad"
     assert units["mass_kg"] == "kg m^2"
     assert "N s²/m²" not in said.out
+    assert "standard errors apart)" in said.out
 
 
 def test_files_of_other_columns_are_refused(with_drag):

@@ -68,7 +68,7 @@ def test_every_gate_is_a_line_with_value_limit_and_whether_it_is_passed(run, cap
     assert "search_ended: not tried: none" not in lines  # a reason is that of a gate that is not passed
     assert "relaxation: on its bound" in lines
     at = "natural frequency 5.2 rad/s, damping ratio 0.020"
-    assert f"hidden_resonator, {at}: from 4.1 kg, 1.1 % of the motion" in lines
+    assert f"hidden_resonator, {at}: from mass 4.1 kg, 1.1 % of the motion" in lines
     assert "cubic_stiffness: from 1700 N/m^3, 0.45 % of the motion" in lines
     assert "not testable here: rest_offset" in lines
 

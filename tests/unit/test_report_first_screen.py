@@ -306,12 +306,22 @@ def test_an_answer_that_larger_sets_hold_has_their_probability_beside_its_own():
     assert posterior_words(replace(verdict, status="unknown")) == ""
 
 
+def test_a_number_in_a_sentence_stands_with_the_name_of_its_quantity():
+    findings = named_findings()
+    trials = tuple(replace(t, as_measured=0.71) for t in findings.groups[1].trials)
+    findings = replace(findings, groups=(findings.groups[0], replace(findings.groups[1], trials=trials)))
+    with page_style():
+        text = page(findings, figures_drawn(), {})
+    assert "all three as measured, the error is 71" in text
+    assert "where the rest is (shares of its square)" in text
+
+
 def test_what_would_have_been_seen_stands_in_words_the_smallest_share_first():
     large = Detectable("cubic_damping", "coefficient_kg_s_per_m2", 310.0, "kg s/m^2", 0.02)
     small = Detectable("hidden_resonator", "mass_kg", 4.13, "kg", 0.011, 7.9, {"natural_frequency_rad_per_s": 5.234})
     first, second = seen_rows(Verdict({}, (), detectable=(large, small)))
     assert first == {
-        "effect": "hidden resonator, natural frequency 5.2 rad/s", "seen": "4.1 kg",
+        "effect": "hidden resonator, natural frequency 5.2 rad/s", "seen": "mass 4.1 kg",
         "share": "1.1 %", "named": "7.9 kg",
     }  # fmt: skip
     assert (second["effect"], second["named"]) == ("cubic damping", "-")
@@ -324,8 +334,8 @@ def test_the_page_says_what_would_have_been_seen_and_what_is_not_testable():
     findings = replace(small_findings(), groups=(first, replace(second, verdict=told)))
     with page_style():
         text = page(findings, figures_drawn(), {})
-    row = '<td>hidden resonator</td><td class="n">4.1 kg</td><td class="n">1.1\u00a0%</td><td class="n">7.9 kg</td>'
-    assert row in text
+    row = '<td>hidden resonator</td><td class="n">mass 4.1 kg</td><td class="n">1.1\u00a0%</td>'
+    assert row + '<td class="n">7.9 kg</td>' in text
     assert "Not testable here: rest offset." in text
     assert text.count("What would have been seen") == 1
 

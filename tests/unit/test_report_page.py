@@ -292,7 +292,7 @@ def test_methods_that_differ_are_named_with_the_difference() -> None:
     near = replace(group.fits["output_error"], parameters={"added_mass_kg": Estimate(-80.0, 40.0, 0.0, "kg")})
     two = replace(group, fits={"sindy": far, "output_error": near})
     assert blocks.agreement_texts(two, ["added_mass_kg"]) == [
-        "They differ on added mass (SINDy and Output error by 280 kg, 5.6 standard errors)"
+        "They differ on added mass (SINDy and Output error by 280 kg, 5.6 standard errors apart)"
     ]
     alike = replace(two, fits={"sindy": far, "output_error": far})
     assert blocks.agreement_texts(alike, ["added_mass_kg", "mu"]) == [

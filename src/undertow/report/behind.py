@@ -97,7 +97,8 @@ def seen_rows(verdict: Verdict) -> list[Mapping[str, str]]:
     return [
         {
             "effect": ", ".join(filter(None, (spelled(one.name), wording.values_in_words(one.at, one.unit)))),
-            "seen": f"{plain_number(one.value, 2)} {printed_unit(one.unit)}".strip(),
+            "seen": f"{wording.quantity_words(one.name, one.parameter)} {plain_number(one.value, 2)} "
+            f"{printed_unit(one.unit)}".strip(),
             "share": f"{short_number(100.0 * one.share_of_motion, 2)} %",
             "named": "-" if math.isnan(one.named_value)
             else f"{plain_number(one.named_value, 2)} {printed_unit(one.unit)}".strip(),

@@ -310,7 +310,7 @@ def agreement_texts(group: GroupFindings, parameters: Sequence[str]) -> list[str
         first, second = (wording.method_label(method) for method in found.pair)
         size = wording.estimate_text(Estimate(float(f"{found.difference:.2g}"), 0.0, unit=found.unit))
         times = format_number(float(f"{found.distance:.2g}"))
-        differing.append(f"{words} ({first} and {second} by {size}, {times} standard errors)")
+        differing.append(f"{words} ({first} and {second} by {size}, {times} standard errors apart)")
     said = [("The methods agree within two combined standard errors on", ", ".join(agreed))]
     said.append(("They differ on", ", ".join(differing)))
     return [f"{start} {what}" for start, what in said if what]

@@ -16,7 +16,7 @@ from undertow.errors import ConfigError, UndertowError
 from undertow.report.gates import asked_words, outcome_words
 from undertow.report.numbers import plain_number, short_number
 from undertow.report.which_group import groups_meant
-from undertow.report.wording import reason_words, rejected_words, values_in_words
+from undertow.report.wording import quantity_words, reason_words, rejected_words, values_in_words
 from undertow.report.writing import true_minus
 
 
@@ -71,17 +71,19 @@ def _explained(title: str, one: Mapping[str, Any]) -> str:
     lines += [f"  {g['gate']}: {reason_words(g['because'])}" for g in one["decision"] if g["because"]]
     if one["detectable"]:
         lines.append("  would have been seen, with 90 % power:")
-        lines += [
-            f"    {', '.join(filter(None, (d['name'], values_in_words(d.get('at', {}), d['unit']))))}: "
-            f"from {plain_number(d['value'], 2)} {d['unit']}, {short_number(100.0 * d['share_of_motion'], 2)} % of the "
-            "motion"
-            for d in one["detectable"]
-        ]
+        lines += [f"    {_seen(effect)}" for effect in one["detectable"]]
         lines.append(f"  not testable here: {', '.join(one['not_testable'])}")
     if one["rejected"]:
         lines.append("  not the answer:")
         lines += [f"    {r['name']}: {rejected_words(r['name'], r['because'])}" for r in one["rejected"]]
     return true_minus("\n".join(lines))
+
+
+def _seen(one: Mapping[str, Any]) -> str:
+    """From which size on an effect would have been seen, with the names of its numbers."""
+    effect = ", ".join(filter(None, (one["name"], values_in_words(one.get("at", {}), one["unit"]))))
+    size = f"{quantity_words(one['name'], one['parameter'])} {plain_number(one['value'], 2)} {one['unit']}".strip()
+    return f"{effect}: from {size}, {short_number(100.0 * one['share_of_motion'], 2)} % of the motion"
 
 
 def _asked(gate: Mapping[str, Any]) -> str:

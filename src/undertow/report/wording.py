@@ -124,6 +124,15 @@ def parameter_words(name: str) -> str:
     return f"{law}: {words}" if words not in (law, *_OF_A_LAW) and not _UNIT_ALONE.fullmatch(words) else law
 
 
+def quantity_words(effect: str, parameter: str) -> str:
+    """What a number of an effect is called beside the effect's name; empty where the effect has this one alone.
+
+    >>> quantity_words("hidden_resonator", "mass_kg"), quantity_words("cubic_stiffness", "N_per_m3")
+    ('mass', '')
+    """
+    return parameter_words(f"{effect}.{parameter}").partition(": ")[2]
+
+
 def effects_words(names: Iterable[str]) -> str:
     """Effects that are named together, several of one kind counted.
 

@@ -78,7 +78,7 @@ class DrivenDifference:
             words.append(f"has {listed_in_words(self.extra)}, which the recording does not show")
         said = [
             f"{parameter_words(row.name)} ({estimate_text(row.simulation)} there, {estimate_text(row.recording)} in "
-            f"the recording, {plain_number(row.sigmas, 2)} standard errors)"
+            f"the recording, {plain_number(row.sigmas, 2)} standard errors apart)"
             for row in self.rows if row.simulation and row.recording and row.sigmas > FAR
         ]  # fmt: skip
         if said:

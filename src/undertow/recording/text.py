@@ -137,7 +137,9 @@ def table_of(path: Path, content: bytes, layout: FileFormat, columns: Sequence[C
         chosen = able
     mark = layout.decimal
     for at in chosen:
-        _must_not_part_thousands(path, names[at], frame[at], content, head, separator, layout)
+        if frame[at].dtype.kind == "f" and may_be_parted(frame[at].to_numpy()):
+            texts = _parse(path, content, head, separator, layout, frame.shape[1], texts=True)[at]
+            _must_not_part_thousands(path, names[at], texts, content, head, mark)
     table = pd.DataFrame({names[at]: _numbers(path, names[at], frame[at], content, head, mark) for at in chosen})
     table.attrs[STAMPED] = tuple(names[at] for at in chosen if _holds_stamps(frame[at]))
     if layout.unit_row:
@@ -244,20 +246,17 @@ def _parse(
 
 
 def _must_not_part_thousands(
-    path: Path, name: Column, column: pd.Series, content: bytes, head: _Head, separator: str, layout: FileFormat
+    path: Path, name: Column, written: pd.Series, content: bytes, head: _Head, decimal: str
 ) -> None:
     """RecordingError where a column's decimals are thousands: as written, which numbers no longer show."""
-    if column.dtype.kind != "f" or not may_be_parted(column.to_numpy()):
-        return
-    written = _parse(path, content, head, separator, layout, column.name + 1, texts=True)[column.name]
-    at = first_parted(map(str.strip, written.dropna()), layout.decimal)
+    cells = written.dropna().str.strip()
+    at = first_parted(cells, decimal)
     if at is None:
         return
-    row = int(written.dropna().index[at])
-    text = str(written[row]).strip()
+    row, text = int(cells.index[at]), str(cells.iloc[at])
     raise RecordingError(
         f"{path}: column {name!r}, line {_line_of(path, content, head, row)}: {text!r} seems to be "
-        f"{text.replace(layout.decimal, '')} with parted thousands: every number of the column has three digits behind "
+        f"{text.replace(decimal, '')} with parted thousands: every number of the column has three digits behind "
         "the mark or no mark, and none lies between 0 and 1; save the file without that mark, or with all decimals"
     )
 

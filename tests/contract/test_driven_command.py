@@ -122,6 +122,16 @@ def test_a_run_without_a_page_writes_tables_and_verdicts_alone_and_sets_an_older
     assert (tmp_path / "run" / "levels.csv").exists()
 
 
+def test_a_driven_motion_out_of_scale_is_said_by_the_run_and_its_page(finished, tmp_path):
+    folder, _ = finished
+    table = pd.read_csv(folder / "train.csv")
+    table.assign(position_m=1e4 * table.position_m, force_N=1e4 * table.force_N).to_csv(tmp_path / "train.csv")
+    (tmp_path / "c.yaml").write_text(CONFIG.replace("[quadratic_drag, cubic_stiffness]", "[]"))
+    done = run_to_folder(tmp_path / "c.yaml", out=tmp_path / "run")
+    assert re.search(r"Trial train moves by \S+ m with \S+ g, more than 100: is it in mm\? Correct", done.summary)
+    assert "more than 100: is it in mm?" in (tmp_path / "run" / "report.html").read_text()
+
+
 def test_equations_json_holds_the_numbers_in_full(finished):
     folder, _ = finished
     group = equations_of(folder / "run")["groups"][0]

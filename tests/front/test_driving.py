@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -10,7 +12,9 @@ from scipy.signal import lsim
 import undertow
 from undertow.comparison.driven_folds import validation_rms
 from undertow.comparison.driven_search import without_law
+from undertow.conditioning.driven import DrivenTrial
 from undertow.conditioning.driven_records import driven_record
+from undertow.conditioning.scale import driven_out_of_scale
 from undertow.equation.driven_laws import find_driven
 from undertow.errors import IdentificationError, NotFittedError, RecordingError
 from undertow.likelihood.driven import DrivenLaws
@@ -174,6 +178,29 @@ def test_a_law_that_another_makes_needless_goes_and_one_that_is_needed_stays():
     lean, after = without_law(training, unseen, current, "quadratic_drag", lowest)
     assert [term.name for term in lean.laws.terms] == ["stiffness", "viscous_damping"]
     assert after < 1.02 * lowest
+
+
+def test_a_driven_record_in_other_units_than_si_is_asked_for_or_doubted():
+    """Files of decays were doubted so; of arrays in mm and ms the numbers were taken as they came."""
+    t, u, x = shaken(0, 600)
+    with pytest.raises(RecordingError, match=r"^t has no unit, and in seconds there would be a sample every .*units="):
+        undertow.fit_driven(x, t=1e3 * t, u=u)
+    with pytest.raises(RecordingError, match=r"^t has no unit, and in seconds there would be a sample every"):
+        undertow.Discover(known=("stiffness",)).fit(x, t=1e3 * t, u=u)
+    assert undertow.fit_driven(x, t=t, u=u).doubts == ()
+    large = undertow.fit_driven(1e5 * x, t=t, u=1e5 * u).doubts
+    assert len(large) == 1
+    assert re.fullmatch(r"trial x moves by \S+ m with \S+ g, more than 100: is it in mm\? Correct the .*", large[0])
+    slow = undertow.fit_driven(x, t=1e3 * t, u=u, units={"t": "s"})
+    assert any(re.match(r"trial x moves with a period of \S+ s, longer than 400 s: is its time in ms\?", one)
+               for one in slow.doubts)  # fmt: skip
+    assert "! trial x moves with" in repr(slow)
+    turned = driven_out_of_scale([large_trial(x, t, u)], "rotation")
+    assert turned[0].startswith("a body turns by ")
+
+
+def large_trial(x, t, u) -> DrivenTrial:
+    return DrivenTrial("x", t, u, {"displacement": 10.0 * x / np.max(np.abs(x))})
 
 
 def test_dates_are_times_and_what_is_no_number_is_refused():

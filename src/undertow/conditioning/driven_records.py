@@ -15,6 +15,7 @@ from undertow.conditioning.driven import DrivenTrial, Frame, Quantity
 from undertow.errors import RecordingError
 from undertow.quantities import Hold
 from undertow.recording.arrays import instants, real_numbers
+from undertow.recording.propose import step_in_doubt
 from undertow.recording.recording import Array, Coordinate
 from undertow.recording.units import factor_to_si, si_unit
 
@@ -78,6 +79,11 @@ def driven_record(
     moved = moved[:, 0] if moved.ndim == 2 else moved
     given = instants(t) * size["t"]
     times: Array = np.array(np.arange(moved.size) * float(given) if given.ndim == 0 else given, dtype=np.float64)
+    if not {"t", "time"} & set(units or {}) and (step := step_in_doubt(pd.Series(times))):
+        raise RecordingError(
+            f"t has no unit, and in seconds there would be a sample every {step:g} s; say it, as in "
+            'units={"t": "ms"} or "s"'
+        )
     frames: dict[str, Frame] = {} if frame is None else {"displacement": frame}
     return DrivenTrial(
         name, times, np.zeros(moved.size) if u is None else real_numbers(u, "u") * size["u"],

@@ -11,9 +11,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from undertow.conditioning.driven import OUTPUTS, DrivenTrial
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
 from undertow.errors import IdentificationError
+from undertow.recording.recording import Coordinate
 
 GRAVITY, HURLED_M_PER_S2 = 9.81, 981.0
 """Gravity, and an acceleration of a hundred times that: no body on springs that was let go has it."""
@@ -24,6 +26,9 @@ SLOWEST_S = 400.0
 MS = 1e-3
 """Seconds of a millisecond."""
 
+TINY = 1e-12
+"""Rate of what does not move, rad/s."""
+
 
 def out_of_scale(motions: Sequence[Motion]) -> tuple[str, ...]:
     """What no body that is let go does, in sentences: a turn of more than half a turn (degrees taken for radians), an
@@ -33,6 +38,46 @@ def out_of_scale(motions: Sequence[Motion]) -> tuple[str, ...]:
     ()
     """
     return tuple(filter(None, (_turned(motions), _hurled(motions), _slow(motions))))
+
+
+def driven_out_of_scale(trials: Sequence[DrivenTrial], coordinate: Coordinate = "translation") -> tuple[str, ...]:
+    """The same of bodies that are driven, by the rate at which half of a record's power is faster; the largest of each.
+
+    >>> t = np.arange(0.0, 10.0, 0.01)
+    >>> trial = DrivenTrial("r1", t, np.sin(9.0 * t), {"displacement": 30.0 * np.sin(9.0 * t)})
+    >>> [said] = driven_out_of_scale([trial])
+    >>> said.partition(":")[0]
+    'trial r1 moves by 30 m with 244 g, more than 100'
+    """
+    moved = [one for one in trials if OUTPUTS[0] in one.outputs]
+    sizes = {one.name: float(np.max(np.abs(one.outputs[OUTPUTS[0]]))) for one in moved}
+    rates = {one.name: _rate(one) for one in moved}
+    name = max(sizes, key=lambda one: sizes[one] * rates[one] ** 2, default="")
+    if not name:
+        return ()
+    hurled, period = sizes[name] * rates[name] ** 2, 2.0 * math.pi / max(min(rates.values()), TINY)
+    said = []
+    if coordinate == "rotation" and max(sizes.values()) > math.pi:
+        said.append(f"a body turns by {max(sizes.values()):.3g} rad, more than half a turn (pi): is it in degrees?")
+    if coordinate == "translation" and hurled > HURLED_M_PER_S2:
+        said.append(
+            f"trial {name} moves by {sizes[name]:.3g} m with {hurled / GRAVITY:.3g} g, more than "
+            f"{HURLED_M_PER_S2 / GRAVITY:.0f}: is it in mm?"
+        )
+    if period > SLOWEST_S:
+        said.append(
+            f"trial {min(rates, key=lambda one: rates[one])} moves with a period of {period:.3g} s, longer than "
+            f"{SLOWEST_S:g} s: is its time in ms?"
+        )
+    return tuple(f"{one} Correct the unit of the displacement or of the time" for one in said)
+
+
+def _rate(trial: DrivenTrial) -> float:
+    """The rate at which half of a record's power is faster, rad/s; a record is as long as it swings at least."""
+    values = trial.outputs[OUTPUTS[0]]
+    power = np.cumsum(np.abs(np.fft.rfft((values - values.mean()) * np.hanning(values.size))) ** 2)
+    at = int(np.searchsorted(power, 0.5 * power[-1]))
+    return 2.0 * math.pi * at / float(trial.t[-1] - trial.t[0])
 
 
 def _turned(motions: Sequence[Motion]) -> str:

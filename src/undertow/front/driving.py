@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from undertow.campaign.driven.run import ADEQUATE, far_away
 from undertow.conditioning.driven import DrivenTrial, Frame, Quantity
 from undertow.conditioning.driven_records import Inputs, Records, Times, UnitsSaid, driven_record, driven_records
+from undertow.conditioning.scale import driven_out_of_scale
 from undertow.discrepancy.words import percent
 from undertow.equation.driven_laws import find_driven
 from undertow.equation.term import Term
@@ -79,8 +80,10 @@ class Driven:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What a reader must know first: a search that failed, a bound, a free run that misses more than noise."""
+        """What a reader must know first: a search that failed, a bound, a motion out of scale, a free run that misses
+        more than noise."""
         said = [] if self.fit.outcome == OK else [self.fit.outcome]
+        said += driven_out_of_scale([one for one in self.trials if not one.free])
         noise = self.trial.noise()["displacement"]
         if self.rms > ADEQUATE * noise:
             share = self.rms / self._size

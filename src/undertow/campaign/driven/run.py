@@ -41,6 +41,7 @@ from undertow.campaign.run.workers import Progress, silent
 from undertow.comparison.driven_search import DrivenFound, discover_driven, suspects_for
 from undertow.comparison.response_search import ResponseFound
 from undertow.conditioning.driven import DrivenTrial
+from undertow.conditioning.scale import driven_out_of_scale
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count
 from undertow.equation.driven import compiled_integrator
@@ -120,13 +121,15 @@ def run_driven(
     told = by_instruments(training, found.best)
     floors = floors_of(config, training, unseen, found.best)
     beside = Beside(told, by_sindy, floors, not_tried(training[0], found, suspects or ()))
-    sentence = sentence_of(config.name, training, found) + beside.sentences
+    sized = "".join(f" {as_sentence(one)}." for one in driven_out_of_scale(training, config.equation.coordinate))
+    sentence = sentence_of(config.name, training, found) + beside.sentences + sized
     sentence += strokes_sentence(found.best.strokes) if found.best.strokes else ""
     group = _write(folder, config, text, training, unseen, found, sentence, beside)
     made = manifest_of(config, config_path, overrides, failed, begun)
     if page:
         coordinate = config.equation.coordinate
         said = as_sentence(found_words(training, found)), far_away(training, found.validation[1] / _size(training))
+        said = (said[0], said[1] + sized)
         part = page_part(coordinate, (training, unseen), found, group, said, beside)
         kind = f"{count(len(training) + len(unseen), 'trial')} of a driven body"
         write_page(folder, page_html(config.name, kind, [part], Made(made, text, failed)), [part])

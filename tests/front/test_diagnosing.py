@@ -386,6 +386,15 @@ def test_a_setting_that_discover_has_not_is_said_with_the_nearest_or_where_it_be
     assert "resamples" in inspect.signature(undertow.Discover).parameters
 
 
+@pytest.mark.parametrize(("scatter", "said"), [({"stiffness": 0.01}, "names 'stiffness'"), (0.01, "is 0.01")])
+def test_a_scatter_that_is_none_is_said_with_what_it_may_have(trials, scatter, said):
+    with pytest.raises(ConfigError, match=rf"^scatter {said}; give a mapping, .* which may have c \(Viscous damping, "):
+        undertow.diagnose(trials, PRESCRIBED, scatter=scatter, **RIG)
+    wrong = scatter if isinstance(scatter, float) else {"stiffness": "small"}
+    with pytest.raises(IdentificationError, match=r"^scatter is .*; give shares by term, as in \{'stiffness': 0.004\}"):
+        undertow.Discover(**{**LIBRARY, "scatter": wrong}).fit(trials)
+
+
 def test_what_discover_found_is_shown_scored_and_handed_over(trials, tmp_path):
     found = undertow.Discover(**LIBRARY).fit(trials)
     unseen = undertow.read(recorded(0.07, 9))

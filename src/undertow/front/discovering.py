@@ -11,6 +11,7 @@ import html
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from inspect import signature
+from numbers import Real
 from typing import Any, Self, Unpack, cast
 
 import numpy as np
@@ -25,7 +26,7 @@ from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
 from undertow.equation.general import place_of, placed_equation, placed_terms
 from undertow.equation.registry import catalogue
-from undertow.errors import IdentificationError, RecordingError, UndertowError
+from undertow.errors import IdentificationError, RecordingError, UndertowError, shown
 from undertow.front.columns import Columns, Units
 from undertow.front.diagnosing import diagnose
 from undertow.front.driving import Driven
@@ -149,6 +150,9 @@ class Discover(FoundEquation, Estimator):
         search begins with ``known`` and gives ``driven_``: what was added, both equations, errors on unseen samples.
         """
         self.__dict__.pop("trials_", None)
+        shares = {} if self.scatter is None else self.scatter
+        if not isinstance(shares, Mapping) or not all(isinstance(one, Real) for one in shares.values()):
+            raise IdentificationError(f"scatter is {shown(shares)}; give shares by term, as in {{'stiffness': 0.004}}")
         if u is not None:
             for name, value in {"columns": columns, **reading}.items():
                 if value is not None:

@@ -16,12 +16,16 @@ from pydantic import ValidationError
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.config.rules import contradictions
+from undertow.campaign.config.source import listed_keys, properties
 from undertow.equation.equation import Equation
 from undertow.equation.registry import find, twice
 from undertow.equation.term import Term
 from undertow.errors import ConfigError, UndertowError, shown
 from undertow.recording.doubt_kinds import DoubtKind
 from undertow.recording.recording import Coordinate
+
+SCATTER = ("specimen", "scatter")
+"""Where a config has the scatter from trial to trial."""
 
 Known = float | Mapping[str, str | float]
 """A number, or a table by a condition as configs have them: {"by": "water_depth_m", "2.36": 0.97}."""
@@ -137,7 +141,19 @@ def _plain(value: Any) -> Any:
     return value
 
 
+def _of_scatter(error: Any) -> str:
+    """What ``scatter`` may have, where that is wrong; empty where another setting is."""
+    location = tuple(map(str, error["loc"]))
+    if location[:2] != SCATTER or error["type"] not in ("extra_forbidden", "model_type", "dict_type"):
+        return ""
+    keys = listed_keys(properties(RunConfig.model_json_schema(), SCATTER))
+    wrong = f"names {location[2]!r}" if len(location) > len(SCATTER) else f"is {shown(error['input'])}"
+    return f"scatter {wrong}; give a mapping, as in {{\"k\": 0.004}}, which may have {keys}"
+
+
 def _sentence(error: Any) -> str:
+    if said := _of_scatter(error):
+        return said
     if error["type"] == "extra_forbidden":
         key = str(error["loc"][-1])
         near = difflib.get_close_matches(key, Rig.__annotations__, n=1, cutoff=0.4)

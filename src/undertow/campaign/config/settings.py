@@ -139,11 +139,11 @@ class TrialsSettings(Section):
 
 
 class ScatterSettings(Section):
-    """Trial-to-trial scatter, relative, 1 sigma."""
+    """Trial-to-trial scatter: one standard deviation over the value, without a unit."""
 
-    k: NotNegative = Field(default=0.0, description="Of the stiffness.")
-    c: NotNegative = Field(default=0.0, description="Of the viscous damping.")
-    mu: NotNegative = Field(default=0.0, description="Of the friction coefficient.")
+    k: NotNegative = Field(default=0.0, description="Stiffness, 1 sigma over its value: 0.004 is 0.4 %.")
+    c: NotNegative = Field(default=0.0, description="Viscous damping, 1 sigma over its value.")
+    mu: NotNegative = Field(default=0.0, description="Friction coefficient, 1 sigma over its value.")
 
 
 class CellSettings(Section):
@@ -166,7 +166,7 @@ class SpecimenSettings(Section):
         default=None, description="Displaced water, m^3; absent means 0 when dry."
     )
     scatter: ScatterSettings | None = Field(
-        default=None, description="Trial-to-trial scatter; absent: from the dry trials."
+        default=None, description="Trial-to-trial scatter of k, c and mu, relative; absent: from the dry trials."
     )
     cell: CellSettings | None = Field(default=None, description="Cells whose water may slosh.")
     published: dict[str, Quantity] = Field(

@@ -38,6 +38,9 @@ DEEPEST = 32
 
 Model = TypeVar("Model", bound=BaseModel)
 
+TOLD = 4
+"""Keys of a section up to which a message says what each means."""
+
 _SHOWN = 60  # characters of a value in a message
 _STARTS = (
     tokens.BlockMappingStartToken, tokens.BlockSequenceStartToken, tokens.FlowMappingStartToken,
@@ -149,7 +152,7 @@ def sentences(source: Source, errors: Sequence[ErrorDetails], schema: Mapping[st
         else:
             rule = error["msg"].removeprefix("Value error, ").removeprefix("Input ")
             if error["type"] in ("model_type", "dict_type", "dataclass_type"):
-                known = ", ".join(sorted(_properties(schema, location)))
+                known = listed_keys(properties(schema, location))
                 rule = f"should be keys with values{f'; it may have {known}' if known else ''}"
             mended = number(error["input"]) if isinstance(error["input"], str) else None
             hint = "" if mended is None else f"; write {mended:.10g}, without quotes"
@@ -179,14 +182,20 @@ def _shown(value: Any) -> str:
 
 def _unknown_key(location: Location, schema: Mapping[str, Any]) -> str:
     key, where = str(location[-1]), ".".join(map(str, location[:-1])) or "the config"
-    known = sorted(_properties(schema, location[:-1]))
-    near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-    hint = f"did you mean {near[0]!r}?" if near else f"it may have {', '.join(known)}"
+    known = properties(schema, location[:-1])
+    near = difflib.get_close_matches(key, sorted(known), n=1, cutoff=0.5)
+    hint = f"did you mean {near[0]!r}?" if near else f"it may have {listed_keys(known)}"
     return f"unknown key {key!r} in {where}; {hint}"
 
 
-def _properties(schema: Mapping[str, Any], location: Location) -> set[str]:
-    """Keys that the schema knows at a place."""
+def listed_keys(known: Mapping[str, str]) -> str:
+    """Keys as a message lists them; the few of a small section with what each means."""
+    told = len(known) <= TOLD and all(known.values())
+    return ", ".join(f"{key} ({known[key].rstrip('.')})" if told else key for key in sorted(known))
+
+
+def properties(schema: Mapping[str, Any], location: Location) -> dict[str, str]:
+    """Keys that the schema knows at a place, and what each means."""
     nodes = _expanded(schema, schema)
     for part in location:
         inner = []
@@ -195,7 +204,9 @@ def _properties(schema: Mapping[str, Any], location: Location) -> set[str]:
             if isinstance(found, Mapping):
                 inner += _expanded(found, schema)
         nodes = inner
-    return {key for node in nodes for key in node.get("properties", {})}
+    return {
+        key: str(one.get("description", "")) for node in nodes for key, one in node.get("properties", {}).items()
+    }
 
 
 def _expanded(node: Mapping[str, Any], schema: Mapping[str, Any]) -> list[Mapping[str, Any]]:

@@ -149,7 +149,7 @@ def test_without_dry_trials_no_trial_is_dry(tmp_path: Path, dry: str) -> None:
         ("name: small", "nmae: small", r"line 1: unknown key 'nmae' in the config; did you mean 'name'"),
         ("name: small", "zzz: 1\nname: small", r"line 1: unknown key 'zzz' in the config; it may have discrepancy, "),
         ("mass_kg: 2637.4", "mass_kg: 2637.4\n  scatter: {stiffness: 0.004}",
-         r"unknown key 'stiffness' in specimen.scatter; it may have c \(Viscous damping, 1 sigma over its value\), k \("),
+         r"unknown key 'stiffness' in specimen.scatter; it may have c \(Viscous damping, 1 sigma over i"),
         ("mass_kg: 2637.4", "mass_kg: 2637.4\n  scatter: 0.004",
          r"specimen.scatter is 0.004 but should be keys with values; it may have c .*, k \(Stiffness, .* 0.4 %\), mu"),
         ("name: small\n", "", "the config has no 'name'; it is needed"),

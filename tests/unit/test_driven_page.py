@@ -15,12 +15,20 @@ import pytest
 from tests.browser import BROWSER, REASON, Page, browser
 from tests.findings_fixture import MARKUP
 from tests.unit.test_page_in_a_browser import TOO_WIDE
+from undertow.campaign.driven.beside import (
+    ByInstruments,
+    Regressed,
+    beside_output_error,
+    strokes_sentence,
+    strokes_table,
+)
 from undertow.campaign.driven.page import outcome_words, sure_words, tried_rows
 from undertow.campaign.driven.run import found_words
 from undertow.comparison.driven_folds import Tried
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.verdict import Described, Verdict
 from undertow.equation.driven_laws import find_driven
+from undertow.likelihood.driven_strokes import Strokes
 from undertow.quantities import Estimate
 from undertow.report.driven_figures import DrawnCurve, DrawnSet, draw_held_back, draw_set, draw_whole
 from undertow.report.driven_page import (
@@ -152,6 +160,19 @@ def test_an_angles_numbers_have_the_units_of_a_rotation():
     rows = page_of(part(rotation=True)).partition("<th>parameter</th>")[2].partition("</table>")[0]
     assert "N m/rad" in rows
     assert "N/m<" not in rows
+
+
+def test_tables_beside_an_angles_numbers_have_the_units_of_a_rotation():
+    name, number = "viscous_damping.c_Ns_per_m", Estimate(3.0, 0.1, unit="N s/m")
+    compared = SimpleNamespace(trial="a", output_error={name: number}, instrument={name: number}, apart={name: 0.0})
+    given = SimpleNamespace(estimates={name: number})
+    found = Regressed("a", {name: number}, 0.1, "ok")
+    moving = Strokes(2e-6, 0.1, {"a": np.array([[0.1, 0.2]])}, {}, 0.0, 1.0)
+    for coordinate, unit in (("translation", "N s/m"), ("rotation", "N m s/rad")):
+        rows = [ByInstruments((compared,)).table(coordinate)[1], beside_output_error([found], given, coordinate)[1]]  # type: ignore[arg-type]
+        assert [row[2:4] for row in rows] == [(f"3.00 ± 0.10 {unit}",) * 2] * 2
+    assert strokes_table(moving, "rotation")[0][2] == "offset beyond its mean (N m)"
+    assert "differs by 2 × 10⁻⁶ N m and the friction by 0.1 N m" in strokes_sentence(moving, "rotation")
 
 
 def test_an_equation_that_runs_far_away_is_said_without_a_power_of_ten():

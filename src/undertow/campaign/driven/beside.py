@@ -25,7 +25,8 @@ from undertow.methods.driven_begin import START_SAMPLES
 from undertow.methods.driven_instrument import BesideInstrument, beside_instrument, by_regression
 from undertow.methods.driven_repeatability import repeatability_by_repeats, repeatability_by_scatter, scattered
 from undertow.quantities import OK, Estimate
-from undertow.report.numbers import plain_number
+from undertow.recording.recording import Coordinate
+from undertow.report.numbers import plain_number, short_number
 from undertow.report.wording import estimate_text, parameter_words, reason_words
 
 
@@ -61,11 +62,11 @@ class ByInstruments:
         ]
         return out
 
-    def table(self) -> list[tuple[str, ...]]:
+    def table(self, coordinate: Coordinate) -> list[tuple[str, ...]]:
         """Rows of the page, the first the header; empty where nothing was compared."""
         rows = [
-            (one.trial, parameter_words(name), estimate_text(one.output_error[name]), estimate_text(found),
-             plain_number(one.apart[name], 2))
+            (one.trial, parameter_words(name), number_text(one.output_error[name], coordinate),
+             number_text(found, coordinate), plain_number(one.apart[name], 2))
             for one in self.compared for name, found in one.instrument.items()
         ]  # fmt: skip
         rows += [(name, "", "", reason, "") for name, reason in (self.reasons or {}).items()]
@@ -115,13 +116,24 @@ def regressed(trial: DrivenTrial, given: DrivenFit) -> Regressed:
     return Regressed(trial.name, numbers, float(np.sqrt(np.mean((run - measured) ** 2)) / np.std(measured)), OK)
 
 
-def beside_output_error(found: Sequence[Regressed], given: DrivenFit) -> list[tuple[str, ...]]:
+def number_text(number: Estimate, coordinate: Coordinate) -> str:
+    """A number with its error and the unit that it has in this coordinate.
+
+    >>> number_text(Estimate(2.0, 0.1, unit="N s/m"), "rotation")
+    '2.00 ± 0.10 N m s/rad'
+    """
+    return estimate_text(number.in_rotation() if coordinate == "rotation" else number)
+
+
+def beside_output_error(
+    found: Sequence[Regressed], given: DrivenFit, coordinate: Coordinate
+) -> list[tuple[str, ...]]:
     """Rows of the page, the first the header; empty where no regression was made."""
     known = given.estimates
     rows: list[tuple[str, ...]] = []
     for one in found:
         rows += [
-            (one.trial, parameter_words(name), estimate_text(known[name]), estimate_text(value))
+            (one.trial, parameter_words(name), number_text(known[name], coordinate), number_text(value, coordinate))
             for name, value in one.numbers.items()
         ]
         if one.outcome != OK:
@@ -228,18 +240,25 @@ def strokes_plain(varying: Strokes) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def strokes_sentence(varying: Strokes) -> str:
+def strokes_sentence(varying: Strokes, coordinate: Coordinate) -> str:
     """What is to be said, with a space before it."""
+    unit = _unit_of_force(coordinate)
+    offset, friction = (f"{short_number(size, 2)} {unit}" for size in (varying.offset_N, varying.friction_N))
     return (
-        f" From one pair of strokes to the next the offset differs by {varying.offset_N:.2g} N and the friction by "
-        f"{varying.friction_N:.2g} N (1 sigma); the numbers' errors and the bands of predictions hold that."
+        f" From one pair of strokes to the next the offset differs by {offset} and the friction by {friction} (1 "
+        "sigma); the numbers' errors and the bands of predictions hold that."
     )
 
 
-def strokes_table(varying: Strokes) -> list[tuple[str, ...]]:
+def _unit_of_force(coordinate: Coordinate) -> str:
+    return "N m" if coordinate == "rotation" else "N"
+
+
+def strokes_table(varying: Strokes, coordinate: Coordinate) -> list[tuple[str, ...]]:
     """Rows of the page, the first the header."""
     rows = [
         (name, str(2 * i + 1), plain_number(offset, 3), plain_number(friction, 3))
         for name, own in varying.deviations.items() for i, (offset, friction) in enumerate(own.tolist())
     ]  # fmt: skip
-    return [("trial", "from stroke", "offset beyond its mean (N)", "friction beyond its mean (N)"), *rows]
+    unit = _unit_of_force(coordinate)
+    return [("trial", "from stroke", f"offset beyond its mean ({unit})", f"friction beyond its mean ({unit})"), *rows]

@@ -21,7 +21,7 @@ from undertow.errors import IdentificationError
 from undertow.methods.driven import DrivenFit, free_run
 from undertow.methods.driven_begin import START_SAMPLES
 from undertow.methods.driven_shares import shares_of
-from undertow.quantities import Estimate
+from undertow.quantities import Estimate, unit_in_rotation
 from undertow.recording.recording import Array, Coordinate
 from undertow.report.driven_figures import draw_held_back, draw_whole
 from undertow.report.driven_page import IN_TIME, PagePart, PageTable, Picture, WrittenEquation, verdict_of
@@ -55,7 +55,7 @@ def page_part(
     verdict, fit = verdict_of(entry), found.best
     adequate = verdict.status not in ("unknown", "not_identifiable")
     unseen = _PER_KNOWN["trials" if held_out else "samples"]
-    notes = [reason_words(text.strip()) for text in (beside.not_tried, _strokes(fit)) if text]
+    notes = [reason_words(text.strip()) for text in (beside.not_tried, _strokes(fit, coordinate)) if text]
     doubts = [as_sentence(reason_words(one.sentence)) for one in beside.instruments.compared if one.sentence]
     with page_style():
         first = _first(coordinate, found, beside.floors, not held_out)
@@ -75,8 +75,8 @@ def as_sentence(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _strokes(fit: DrivenFit) -> str:
-    return strokes_sentence(fit.strokes) if fit.strokes else ""
+def _strokes(fit: DrivenFit, coordinate: Coordinate) -> str:
+    return strokes_sentence(fit.strokes, coordinate) if fit.strokes else ""
 
 
 def written(fit: DrivenFit, trial: DrivenTrial) -> WrittenEquation:
@@ -208,14 +208,14 @@ def _tables(
     """The tables that say something, the first ones open."""
     fit = found.best
     tables = [PageTable("What is missed, and what may be", beside.floors.table(), _floors_note(beside.floors), False)]
-    if by_target := beside.instruments.table():
+    if by_target := beside.instruments.table(coordinate):
         tables.append(PageTable("Numbers by the instrument, beside output error", by_target, folded=False))
     if fit.strokes:
         heading = "Offset and friction by stroke, each pair there and back with its own"
-        tables.append(PageTable(heading, strokes_table(fit.strokes)))
-    if by_sindy := beside_output_error(beside.regressed, found.baseline):
+        tables.append(PageTable(heading, strokes_table(fit.strokes, coordinate)))
+    if by_sindy := beside_output_error(beside.regressed, found.baseline, coordinate):
         tables.append(PageTable("Numbers of the given equation by regression, beside output error", by_sindy))
-    if shares := told_by(training, fit):
+    if shares := told_by(training, fit, coordinate):
         tables.append(PageTable("Standard errors by kind of record", shares))
     if found.tried:
         shown = drawn_channel(training[0], coordinate)
@@ -267,9 +267,13 @@ def outcome_words(one: Tried) -> str:
     return reason_words(because) or "added"
 
 
-def told_by(trials: Sequence[DrivenTrial], fitted: DrivenFit) -> list[tuple[str, ...]]:
+def told_by(
+    trials: Sequence[DrivenTrial], fitted: DrivenFit, coordinate: Coordinate
+) -> list[tuple[str, ...]]:
     """What decays and driven records tell of each number, as a table for the page; empty without decays."""
     units = fitted.laws.units
+    if coordinate == "rotation":
+        units = {name: unit_in_rotation(unit) for name, unit in units.items()}
     rows = [
         (parameter_words(name), printed_unit(units.get(name, "")),
          *(plain_number(e, 2) if math.isfinite(e) else "open" for e in vars(one).values()))

@@ -123,7 +123,7 @@ def run_driven(
     beside = Beside(told, by_sindy, floors, not_tried(training[0], found, suspects or ()))
     sized = "".join(f" {as_sentence(one)}." for one in driven_out_of_scale(training, config.equation.coordinate))
     sentence = sentence_of(config.name, training, found) + beside.sentences + sized
-    sentence += strokes_sentence(found.best.strokes) if found.best.strokes else ""
+    sentence += strokes_sentence(found.best.strokes, config.equation.coordinate) if found.best.strokes else ""
     group = _write(folder, config, text, training, unseen, found, sentence, beside)
     made = manifest_of(config, config_path, overrides, failed, begun)
     if page:

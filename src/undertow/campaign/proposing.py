@@ -203,6 +203,8 @@ def spec_text(spec: ChannelSpec) -> str:
     """A channel as a config writes it."""
     columns = ", ".join(plain(c) for c in spec.columns)
     said = [f"columns: [{columns}]" if len(spec.columns) > 1 else f"column: {columns}", f"unit: {plain(spec.unit)}"]
+    if spec.file is not None:
+        said.append(f"file: {plain(spec.file)}")
     if spec.variable is not None:
         said.append(f"variable: {plain(spec.variable)}")
     if spec.time is not None:

@@ -179,9 +179,9 @@ def propose_mapping(table: pd.DataFrame, units: Mapping[Column, str] | None = No
     return Proposal(time, channels, coordinate, tuple(remarks), tuple(doubts), alike)
 
 
-def two_without_names(table: pd.DataFrame) -> Proposal | None:
-    """Time and displacement, in SI and with a doubt that says so, of a table of two columns without names of which the
-    first rises evenly and does not count rows; None of another table.
+def two_without_names(table: pd.DataFrame, channel: str = "displacement") -> Proposal | None:
+    """Time and displacement (or another ``channel``), in SI and with a doubt that says so, of a table of two columns
+    without names of which the first rises evenly and does not count rows; None of another table.
 
     >>> table = pd.DataFrame({0: np.arange(20) * 0.01, 1: np.zeros(20)})
     >>> two_without_names(table).channels["displacement"].columns
@@ -195,11 +195,12 @@ def two_without_names(table: pd.DataFrame) -> Proposal | None:
     if counts_rows(table.iloc[:, 0]):
         return None
     clock, where = table.columns
+    unit = si_unit(channel, "translation")
     said = (
-        f"columns have no names: {clock}, which rises evenly, is taken as the time in s and {where} as displacement in "
-        "m; correct both under recordings.channels where they are something else"
+        f"columns have no names: {clock}, which rises evenly, is taken as the time in s and {where} as {channel} in "
+        f"{unit}; correct both under recordings.channels where they are something else"
     )
-    channels = {"displacement": ChannelSpec((where,), "m")}
+    channels = {channel: ChannelSpec((where,), unit)}
     return Proposal(TimeSpec(clock, "s"), channels, remarks=(said,), doubts=(said,))
 
 

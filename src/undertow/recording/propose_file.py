@@ -6,9 +6,11 @@ begins (propose_layout.py), anything that a run relies on.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 
 import pandas as pd
 
@@ -24,6 +26,14 @@ from undertow.recording.text import read_text
 
 TABLES_LOOKED_AT = 12
 """Tables of one file that are read: a file with more holds many trials, and its first ones show the layout."""
+
+_FILE_WORDS: Mapping[str, str] = MappingProxyType(
+    {
+        "acceleration": r"acc|beschl", "velocity": r"vel|gyro|geschw", "displacement": r"disp|weg$",
+        "spring_force": r"force|load|cell|kraft|lc\d*$",
+    }
+)  # fmt: skip
+"""How words of file names begin that say which sensor a file is of."""
 
 
 @dataclass(frozen=True)
@@ -63,13 +73,25 @@ def propose_file(path: Path) -> FileProposal:
         raise failed or RecordingError(f"{path} holds no table; is it a recording?")
     first = next((one for one in seen if one.complete), None)
     first = first or next((one for one in seen if one.proposal.channels), seen[0])
-    return _of_two(_with_others(first, [one for one in seen if one is not first]), len(seen))
+    return _of_two(_with_others(first, [one for one in seen if one is not first]), len(seen), path)
 
 
-def _of_two(found: FileProposal, tables: int) -> FileProposal:
-    """The same of a file's only table with two columns without names (`two_without_names`)."""
-    proposal = None if found.complete or tables > 1 else two_without_names(found.table)
+def _of_two(found: FileProposal, tables: int, path: Path) -> FileProposal:
+    """The same of a file's only table with two columns without names (`two_without_names`); the second one is another
+    channel where the file's name speaks of it."""
+    proposal = None if found.complete or tables > 1 else two_without_names(found.table, channel_of(path) or FOLLOWED[0])
     return found if proposal is None else replace(found, proposal=proposal)
+
+
+def channel_of(path: Path) -> str:
+    """The channel that a part of a file's name speaks of; empty where none or several do.
+
+    >>> channel_of(Path("t01_acc.csv")), channel_of(Path("t01_disp.csv")), channel_of(Path("t01.csv"))
+    ('acceleration', 'displacement', '')
+    """
+    words = re.split(r"[_\-\s.]+", path.name)
+    found = {name for name, start in _FILE_WORDS.items() if any(re.match(start, one, re.IGNORECASE) for one in words)}
+    return found.pop() if len(found) == 1 else ""
 
 
 def _layouts(path: Path) -> Sequence[FileFormat]:

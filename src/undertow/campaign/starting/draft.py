@@ -39,7 +39,8 @@ SPECIMEN = """\
 @dataclass(frozen=True)
 class Draft:
     """What a config will say. ``left_out`` are files and why; ``starts`` files and the first instant used, s;
-    ``parts`` files that hold several releases and the part of each; ``notes`` are sentences that stand above it."""
+    ``parts`` files that hold several releases and the part of each; ``beside`` patterns of files that hold channels of
+    trials, and what they hold; ``notes`` are sentences that stand above it."""
 
     name: str
     survey: Survey
@@ -47,6 +48,7 @@ class Draft:
     left_out: Mapping[str, str] = field(default_factory=dict)
     starts: Mapping[str, float] = field(default_factory=dict)
     parts: Mapping[str, Sequence[TimeWindow]] = field(default_factory=dict)
+    beside: Mapping[str, str] = field(default_factory=dict)
     notes: Sequence[str] = ()
 
     @property
@@ -85,8 +87,10 @@ class Draft:
             lines += _comment(f"parts of the file names are conditions: {said}")
             lines.append(f"pattern: {proposing.plain(self.named.pattern)}")
         left_out = {**self._unread(), **self.left_out}
-        if left_out:
+        if left_out or self.beside:
             lines.append("exclude:")
+            for pattern, why in self.beside.items():
+                lines += [*_indented(_comment(f"no trials of their own: {why}"), 2), f"  - {proposing.plain(pattern)}"]
             for name, why in sorted(left_out.items()):
                 lines += [*_indented(_comment(why), 2), f"  - {proposing.plain(escape(name))}"]
         lines += proposing.parts_lines({escape(name): parts for name, parts in self.parts.items()})

@@ -18,6 +18,7 @@ from undertow.campaign.proposing import driven_terms, hold_cut, parsed
 from undertow.campaign.response.proposing import response_lines, usable
 from undertow.campaign.run.checking import Checked, Checker
 from undertow.campaign.run.one_body import Swing, apart, bodies, parted_by, swings_of
+from undertow.campaign.starting.beside import joined, parted
 from undertow.campaign.starting.draft import Draft
 from undertow.campaign.starting.names import Named, read_names
 from undertow.campaign.starting.survey import Survey, survey
@@ -89,6 +90,7 @@ def start(folder: Path, out: Path | None = None, progress: Progress = lambda sta
     named = read_names(found.files) if found.index is None else found.index.named
     notes = (f"{found.index.name}: {named.beside} (trials.group_by)",) if found.index and named.beside else ()
     draft = _planned(Draft(folder.resolve().name or "campaign", found, named, notes=notes), folder)
+    found = draft.survey
     tried = _tried(draft, folder, progress)
     if not tried.trials:
         draft = replace(draft, parts=tried.parts)
@@ -102,6 +104,20 @@ def start(folder: Path, out: Path | None = None, progress: Progress = lambda sta
     )  # fmt: skip
     said = (*found.doubts, *draft.notes)
     return Started(path, draft.trials, tuple(sorted(left_out)), len(found.groups), asked, said)
+
+
+def _with_sensors(draft: Draft) -> Draft:
+    """The draft with files of one sensor each joined to their trials."""
+    whole = parted(draft.survey)
+    named = read_names(whole.files) if whole.index is None and draft.named != Named() else draft.named
+    one = joined(whole, named)
+    if not one.patterns:
+        return replace(draft, notes=(*draft.notes, *one.said))
+    told = (
+        f"{', '.join(one.patterns)}: files of one sensor each are joined to the trials that they are named like (file, "
+        "in recordings.channels)"
+    )
+    return replace(draft, survey=one.survey, named=named, beside=one.patterns, notes=(*draft.notes, told, *one.said))
 
 
 def _written_sets(found: Survey, folder: Path, path: Path) -> Started:
@@ -158,16 +174,18 @@ def _config(draft: Draft, folder: Path) -> RunConfig:
 
 
 def _planned(draft: Draft, folder: Path) -> Draft:
-    """The draft, without what was read from names where that does not fit together."""
+    """The draft with channels of files beside the trials' own, without what was read from names where that does not
+    fit together."""
+    found = _with_sensors(draft)
     try:
-        _config(draft, folder)
+        _config(found, folder)
     except ConfigError as error:
         said = str(error).splitlines()[0].removeprefix("config: ")
         names = "File names" if draft.survey.index is None else "The index's columns"
-        plain = replace(draft, named=Named(), notes=(f"{names} give no conditions that fit together ({said}).",))
-        _config(plain, folder)
-        return plain
-    return draft
+        note = f"{names} give no conditions that fit together ({said})."
+        found = _with_sensors(replace(draft, named=Named(), notes=(note,)))
+        _config(found, folder)
+    return found
 
 
 def _tried(draft: Draft, folder: Path, progress: Progress) -> Draft:

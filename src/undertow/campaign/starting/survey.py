@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from glob import escape
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from undertow.recording.channels import ChannelSpec, TimeSpec
 from undertow.recording.layout import FileFormat
 from undertow.recording.links import refused
 from undertow.recording.patterns import Patterns
+from undertow.recording.propose import Proposal
 from undertow.recording.propose_file import propose_file
 from undertow.recording.propose_layout import NO_TABLE
 from undertow.recording.propose_response import ResponseProposal
@@ -57,7 +58,8 @@ class Survey:
     """What a folder holds: groups of files that are read alike, the largest first; files that cannot be read or do not
     belong to the others, with the reason; what was guessed; harmonic sets, where it holds no recording in time; and of
     the guesses those without which every number may be wrong (``doubts``); the folder's own ``index``, where it has
-    one: then no recording counts that this does not list."""
+    one: then no recording counts that this does not list; ``parts`` are those of the unread that hold a time and
+    channels, and not where the body is (a trial's other sensors), with the doubts of each."""
 
     groups: tuple[Alike, ...]
     unread: tuple[tuple[str, str], ...]
@@ -65,6 +67,8 @@ class Survey:
     sets: tuple[tuple[str, FileFormat, ResponseProposal], ...] = ()
     doubts: tuple[str, ...] = ()
     index: Indexed | None = None
+    parts: Mapping[str, Reading] = field(default_factory=dict)
+    doubts_of_parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -86,6 +90,7 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
     doubts: Counter[str] = Counter()
     lacks: dict[str, str] = {}
     sets: list[tuple[str, FileFormat, ResponseProposal]] = []
+    parts: dict[str, tuple[Reading, tuple[str, ...]]] = {}
     for done, name in enumerate(files):
         looked(done, len(files))
         if index is not None and name not in index.listed:
@@ -108,14 +113,14 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
         if not seen.complete or seen.proposal.time is None:
             unread.append((name, "no column is named like a displacement or velocity and one like time"))
             lacks[name] = what_lacks(folder / name, seen.table, seen.layout, seen.proposal)
+            if seen.proposal.time is not None and seen.proposal.channels:
+                parts[name] = _reading(seen.layout, seen.proposal.time, seen.proposal), seen.proposal.doubts
             continue
         clock = seen.proposal.time.column
         if clock is not None and (several := stacked(seen.table, clock)):
             unread.append((name, several))
             continue
-        one = Reading(
-            seen.layout, seen.proposal.time, tuple(seen.proposal.channels.items()), seen.proposal.coordinate
-        )  # fmt: skip
+        one = _reading(seen.layout, seen.proposal.time, seen.proposal)
         found.setdefault(one, []).append(name)
         remarks.update(seen.proposal.remarks)
         doubts.update(seen.proposal.doubts)
@@ -129,7 +134,15 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
             raise ConfigError(f"{folder} holds no file with the suffix of a recording, as .csv, .txt, .mat, .xlsx")
         looked_at = f"{count(len(every), 'file')} looked at"
         raise ConfigError(f"no file in {folder} can be read as a recording ({looked_at}); {first}")
-    return replace(_sorted_out(found, unread, tuple(remarks)), doubts=tuple(doubts), index=index)
+    return replace(
+        _sorted_out(found, unread, tuple(remarks)), doubts=tuple(doubts), index=index,
+        parts={name: reading for name, (reading, _) in parts.items()},
+        doubts_of_parts={name: doubted for name, (_, doubted) in parts.items()},
+    )  # fmt: skip
+
+
+def _reading(layout: FileFormat, time: TimeSpec, proposal: Proposal) -> Reading:
+    return Reading(layout, time, tuple(proposal.channels.items()), proposal.coordinate)
 
 
 def _blamed(unread: Sequence[tuple[str, str]], lacks: Mapping[str, str]) -> list[tuple[str, str]]:

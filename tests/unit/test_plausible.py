@@ -35,7 +35,9 @@ def group(stated_k: float = math.nan, **numbers: tuple[float, float]) -> GroupFi
     [
         ({"mu": (6.8e-6, 1e-7)}, "friction coefficient 0.00000680 +- 0.00000010 lies outside 0.0001 to 2: look at"),
         ({"mu": (3.1, 0.1)}, "friction coefficient 3.10 +- 0.10 lies outside 0.0001 to 2"),
-        ({"mu": (-0.05, 0.001)}, "friction coefficient -0.05"),
+        ({"mu": (-0.05, 0.001)}, "friction coefficient -0.0500 +- 0.0010 lies outside 0.0001 to 2: look at the damping "
+         "and friction of the dry trials, which it may make up for, and at what the equation lacks"),
+        ({"drag_coefficient": (-3.0, 0.1)}, "drag coefficient -3.00 +- 0.10 lies outside 0.01 to 100: look at the dam"),
         ({"drag_coefficient": (370.0, 5.0)}, "drag coefficient 370 +- 5 lies outside 0.01 to 100: look at the unit of"),
         ({"added_mass_kg": (-2000.0, 50.0)}, "added mass over stated mass -0.758 +- 0.019 lies outside -0.5 to 20"),
         ({"added_mass_kg": (9e4, 50.0)}, "added mass over stated mass 34.1"),
@@ -48,6 +50,17 @@ def test_a_number_that_no_body_has_is_doubted(numbers, sentence):
     ((kind, said),) = implausible(group(**numbers))
     assert said.startswith(sentence), said
     assert kind == ("damping" if "damping ratio" in sentence else "conditions")
+
+
+@pytest.mark.parametrize(
+    ("value", "else_at"), [(-3.0, "the damping and friction of the dry"), (370.0, "the unit of the displacement, area")]
+)
+def test_a_number_outside_its_range_is_no_unit_s_where_the_equation_lacks_something(value, else_at):
+    """The page said that something is missing, and below it that a unit was wrong."""
+    one = group(drag_coefficient=(value, 0.1))
+    unknown = replace(one, verdict=replace(one.verdict, status="unknown", verdict=("unknown",)))
+    ((_, said),) = implausible(unknown)
+    assert f"to 100: what the equation lacks may stand in it; else look at {else_at}" in said
 
 
 @pytest.mark.parametrize(

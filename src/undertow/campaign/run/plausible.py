@@ -69,6 +69,12 @@ RANGES: Mapping[str, Plausible] = {
 }
 """Numbers without a unit: a roller bearing has 1e-4, rubber 2; a streamlined body 0.01, a plate in small motion 100."""
 
+NEGATIVE = "the damping and friction of the dry trials, which it may make up for"
+"""What to look at where a number that only takes energy gives it: no unit turns a sign."""
+
+LACKING = ("unknown", "not_identifiable")
+"""Statuses that say that the equation lacks something without repairing it."""
+
 ADDED_MASS = Plausible(
     -0.5, 20.0, "added mass over stated mass", "mass, stiffness, the dry trials and the unit of time"
 )
@@ -163,7 +169,8 @@ def implausible(
     numbers, mended = group_numbers(group), group.verdict.augmented
     if group.verdict.status == "explained" and mended is not None:
         numbers = {name: mended.parameters.get(name, number) for name, number in numbers.items()}
-    found = [_outside(one, numbers[name]) for name, one in RANGES.items() if name in numbers]
+    lacks = group.verdict.status in LACKING
+    found = [_outside(one, numbers[name], lacks) for name, one in RANGES.items() if name in numbers]
     mass = group.specimen.mass_kg
     if "added_mass_kg" in numbers and math.isfinite(mass) and mass > 0.0:
         found.append(_outside(ADDED_MASS, numbers["added_mass_kg"].scaled(1.0 / mass, "1")))
@@ -178,17 +185,22 @@ def implausible(
     return (*doubts, *(("unit", text) for text in out_of_scale([t.motion for t in group.trials])))
 
 
-def _outside(allowed: Plausible, found: Estimate) -> str:
-    """That a number lies surely outside its range; a number that may be zero is none that is too small."""
+def _outside(allowed: Plausible, found: Estimate, lacks: bool = False) -> str:
+    """That a number lies surely outside its range; a number that may be zero is none that is too small. Where the
+    equation ``lacks`` something the number stands for that, and no unit turns its sign."""
     error = found.total_stderr
     if not math.isfinite(found.value) or not math.isfinite(error):
         return ""
     low, high = found.value - ERRORS * error, found.value + ERRORS * error
     if not (high < allowed.lower or low > allowed.upper) or (allowed.lower > 0.0 and low <= 0.0 <= high):
         return ""
+    negative = allowed.lower > 0.0 and high < 0.0
+    where = NEGATIVE if negative else allowed.look_at
+    more = ", and at what the equation lacks" if negative else ""
+    why = f"what the equation lacks may stand in it; else look at {where}" if lacks else f"look at {where}{more}"
     return (
         f"{allowed.words} {format_number(found.value, error)} +- {format_number(error, error)} lies outside "
-        f"{allowed.lower:g} to {allowed.upper:g}: look at {allowed.look_at}"
+        f"{allowed.lower:g} to {allowed.upper:g}: {why}"
     )
 
 

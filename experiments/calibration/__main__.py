@@ -6,8 +6,8 @@
     python -m experiments calibration FOLDER [...] --fresh FOLDER [...] --page docs/calibration.md
 
 Sealed campaigns of one or more seeds (1,129 of 2109001; 1,138 of 2112001, 2114001, 2115001, 2116001 and 2117001; 1,461
-of 2100002, 2118001, 2120001, 2121001 and 2123001; a revision each), which are calibration from then on. Cases that data
-cannot tell are left out: no statement about them is right or wrong.
+of 2100002, 2118001, 2120001, 2121001 and 2123001; 640 of 2132001 and 2133001; a revision each), which are calibration
+from then on. Cases that data cannot tell are left out: no statement about them is right or wrong.
 
 A verdict holds where what it says is so: nothing as large as what counts is missing (`nothing_missing`), something is
 (`unknown`, or small without a name), every name is of an effect that is there or, of an effect in no catalogue,

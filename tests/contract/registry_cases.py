@@ -25,6 +25,8 @@ CASES: dict[str, tuple[float, dict[str, float], tuple[str, ...]]] = {
     "added_stiffness": (20000.0, {}, ()),
     "linear_damping": (900.0, {}, ("viscous_damping",)),
     "cubic_damping": (20000.0, {}, ()),
+    "asymmetric_damping": (300.0, {}, ()),
+    "asymmetric_drag": (1500.0, {}, ()),
     "drag_exponent": (2000.0, {"exponent": 1.5}, ("quadratic_drag",)),
     "cubic_stiffness": (4e7, {}, ()),
     "quintic_stiffness": (4e10, {}, ()),

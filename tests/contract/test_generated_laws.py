@@ -63,7 +63,8 @@ def test_columns_are_those_of_formulas_written_by_hand():
     still, sign = np.zeros(40), np.sign(v)
     by_hand = {
         "stiffness": x, "added_stiffness": x, "viscous_damping": v, "linear_damping": v, "coulomb_friction": sign,
-        "quadratic_drag": v * abs(v), "cubic_damping": v**3, "drag_exponent": sign * abs(v) ** 1.5,
+        "quadratic_drag": v * abs(v), "cubic_damping": v**3, "asymmetric_damping": abs(v), "asymmetric_drag": v**2,
+        "drag_exponent": sign * abs(v) ** 1.5,
         "cubic_stiffness": x**3, "quintic_stiffness": x**5, "asymmetric_stiffness": x**2,
         "stiffness_drift": x * (1.0 - np.exp(-t / 10.0)), "quadratic_stiffness": x * abs(x),
         "sine_restoring": np.sin(x), "position_damping": x * v,
@@ -102,7 +103,7 @@ def test_largest_slopes_are_those_of_formulas_written_by_hand():
     at, x, v = number.__getitem__, 0.3, 0.7
     stiff = at("k1") + at("ks") + 2 * x * (at("k2") + at("ka")) + 3 * at("k3") * x**2 + 5 * at("k5") * x**4
     assert columns.stiffest(at, x) == pytest.approx(stiff + at("kb") + at("rk1") + at("rk2"))
-    damping = at("c1") + 2 * at("q") * v + 3 * at("c3") * v**2 + at("xv") * x + at("xxv") * x**2
+    damping = at("c1") + at("cb") + 2 * (at("q") + at("qa")) * v + 3 * at("c3") * v**2 + at("xv") * x + at("xxv") * x**2
     assert columns.most_damped(at, x, v) == pytest.approx(damping)
     assert columns.fading(at) == pytest.approx((1 / at("rt1"), 1 / at("rt2")))
     assert columns.fading(lambda slot: 0.0) == (0.0, 0.0)

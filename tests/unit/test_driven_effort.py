@@ -55,7 +55,7 @@ def carriage(rate_hz: float) -> DrivenTrial:
     t = np.arange(round(20.0 * rate_hz)) / rate_hz
     u = 120.0 * np.sin(2.0 * math.pi * 0.3 * t) + 30.0 * np.sin(2.0 * math.pi * 0.11 * t)
     theta = np.zeros(N_DRIVEN)
-    numbers = {"gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0, "mass": 95.0, "c1": 200.0, "fc": 20.0, "ca": -20.0}
+    numbers = {"gain": 1.0, "bw_unit": 1.0, "bw_n": 1.0, "mass": 95.0, "c1": 200.0, "fc": 20.0, "cb": -20.0}
     for name, value in numbers.items():
         theta[DRIVEN_SLOT[name]] = value
     x = driven_motion(theta, np.zeros(0, dtype=np.int64), drive_of(t, u, "first"), t, MotionSize(), 60).x[:, 0]

@@ -99,7 +99,7 @@ def test_a_body_without_a_spring_is_a_body():
 
 
 def test_a_fit_does_not_move_the_start_to_make_up_for_what_is_missing():
-    trial = recorded({"mass": 95.0, "c1": 200.0, "ca": -60.0, "fc": 20.0}, step=0.005, samples=4000, noise=1e-5)
+    trial = recorded({"mass": 95.0, "c1": 200.0, "cb": -60.0, "fc": 20.0}, step=0.005, samples=4000, noise=1e-5)
     names = ("viscous_damping", "coulomb_friction", "constant_force", "asymmetric_damping")
     laws = tuple(find_driven(n) for n in names)
     lacking, whole = (fit_driven([trial], DrivenLaws(some)) for some in (laws[:3], laws))

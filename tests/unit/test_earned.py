@@ -180,6 +180,28 @@ def test_what_is_small_has_a_name_where_no_other_stands_out_nearly_as_much(p_val
 
 
 @pytest.mark.parametrize(
+    ("p_value", "evidence", "rival", "names"),
+    [
+        (0.004, 60.0, 3.0, ("hysteresis", "external_forcing")), (0.004, 60.0, 59.0, ("hysteresis",)),
+        (0.004, None, 3.0, ("hysteresis",)), (0.4, 60.0, 3.0, ("hysteresis",)),
+    ],
+    ids=["beyond doubt", "a rival as likely", "only most like", "like its null"],
+)  # fmt: skip
+def test_something_small_beside_what_the_dry_trials_need_is_said_and_named_where_it_is_beyond_doubt(
+    p_value, evidence, rival, names
+):
+    small = None if evidence is None else candidate("external_forcing", evidence, "hardly shown", aside=True)
+    other = candidate("cubic_stiffness", rival)
+    level = diagnosis(small=small, candidates=(*filter(None, (small,)), other))
+    carried = replace(NAMED, verdict=("hysteresis",))
+    said = judged(carried, case(), level, True, beside(p_value))
+    assert (said.status, said.verdict) == ("explained", names)
+    assert ("Beside it something small stands out" in said.sentence) == (p_value < 0.01)
+    assert ("external forcing" in said.sentence) == (p_value < 0.01 and evidence is not None)
+    assert ("linear damping." in said.sentence) == (p_value < 0.01 and evidence is None)
+
+
+@pytest.mark.parametrize(
     "found", [(), (candidate("linear_damping", 3.0, "linear_damping is 1.2 standard errors from zero"),)]
 )
 def test_what_is_small_has_no_name_of_which_no_fit_has_sound_numbers(found):

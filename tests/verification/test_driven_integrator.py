@@ -47,7 +47,7 @@ def by_dop853(theta, drive, end_s):
 
         def pull(t, x, v, z, side, i=i, begin=begin, width=end - begin):
             u = np.polyval(drive.pieces[i][::-1], (t - begin) / width)
-            viscous = (p["c1"] + p["ca"] * side) * v
+            viscous = (p["c1"] + p["cb"] * side) * v
             return p["gain"] * u - p["offset"] - z - p["k1"] * x - viscous - p["q"] * v * v * side - p["k3"] * x**3
 
         y, stuck = _through(p, pull, begin, end, y, stuck)
@@ -101,8 +101,8 @@ CASES = {
     "spring and drag": {"k1": 100.0, "c1": 2.0, "q": 3.0, "x0": 0.3, "v0": 0.1},
     "stick and slip": {"k1": 100.0, "c1": 2.0, "fc": 30.0, "x0": 0.3},
     "a carriage without a spring": {"c1": 8.0, "fc": 20.0, "offset": -3.0},
-    "a carriage that goes easier one way": {"c1": 8.0, "ca": -3.0, "fc": 20.0},
-    "a damper that is stiffer one way": {"k1": 100.0, "c1": 4.0, "ca": 3.0, "x0": 0.3},
+    "a carriage that goes easier one way": {"c1": 8.0, "cb": -3.0, "fc": 20.0},
+    "a damper that is stiffer one way": {"k1": 100.0, "c1": 4.0, "cb": 3.0, "x0": 0.3},
     "hysteresis": {"k1": 50.0, "c1": 2.0, "bw_a": 50.0, "bw_g": 2.0, "bw_d": -1.0, "x0": 0.1},
     "hardening": {"k1": 40.0, "k3": 30.0, "c1": 1.0, "x0": 0.2},
 }

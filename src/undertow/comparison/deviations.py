@@ -31,6 +31,18 @@ SLOTS: Mapping[str, str] = {"k": "k1", "c": "c1", "mu": "fc"}
 """Where k, c, mu stand in the parameter vector."""
 
 
+def size_in(theta: Array, slot: str) -> float:
+    """What a slot's scatter is a share of: the size of the number there, of the stiffness with a pendulum's own.
+
+    >>> theta = np.zeros(len(SLOT))
+    >>> theta[SLOT["ks"]] = 0.3
+    >>> size_in(theta, "k1"), size_in(theta, "c1")
+    (0.3, 0.0)
+    """
+    pendulum = abs(float(theta[SLOT["ks"]])) if slot == SLOTS["k"] else 0.0
+    return abs(float(theta[SLOT[slot]])) + pendulum
+
+
 @dataclass(frozen=True)
 class MeanDeviation:
     """By how much a spring's dry means are off: an unknown's name, its prior's standard deviation, that of what it is

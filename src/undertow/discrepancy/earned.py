@@ -100,6 +100,8 @@ def _by_its_gates(
             return _not_the_answer(verdict, case, gate, vague)
         said = without_answer(verdict, case, gate.because, gate.lacking)
         return replace(said, contradicted=bool(case.contradiction))
+    if verdict.status == "explained" and not diagnosis.named and tested.significant:
+        return _with_something_small(verdict, diagnosis, tested)
     if verdict.status in NAMED and in_air.because:
         alike = [law.looks_like for law in map(registry.row, verdict.verdict) if law is not None and law.looks_like]
         beside = f" In water {alike[0]} looks much like it, and is no law of this search." if alike else ""
@@ -172,13 +174,10 @@ def _next(lacking: str, case: Case) -> str:
 def _small(
     verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, small: Candidate, in_air: DryAnswer, tested: NullTest
 ) -> Verdict:
-    """``present_but_small``: evidence far beyond doubt for an effect that a free run hardly shows. It has a name where
-    no other that was fitted, excluded or not, is nearly as probable; a set that holds it is no other. Without a name it
-    is ``unknown`` where it may count."""
+    """``present_but_small``: evidence far beyond doubt for an effect that a free run hardly shows; without a name
+    (`_small_names`) it is ``unknown`` where it may count."""
     odds = (small.score - diagnosis.null.score) / math.log(10.0)
-    near = [c for c in diagnosis.candidates if c.suspects and small.score - c.score < math.log(RIVAL_ODDS)]
-    other = [c.amounts_to for c in near if not set(small.names) <= set(c.amounts_to)]
-    likely = list(dict.fromkeys((small.names[0], *(" and ".join(names) for names in other))))
+    likely = _small_names(diagnosis, small)
     words = ", or ".join(spelled(name) for name in likely[:3])
     name = likely[0] if len(likely) == 1 and not in_air.because else "unknown"
     surely = name != "unknown" or _surely_small(verdict, tested)
@@ -190,6 +189,29 @@ def _small(
     )
     status: Status = "present_but_small" if surely else "unknown"
     return replace(verdict, status=status, verdict=(name,), next_test=next_test(likely[0]), sentence=text)
+
+
+def _small_names(diagnosis: LevelDiagnosis, small: Candidate) -> list[str]:
+    """The name of an effect that a free run hardly shows, and all others that were fitted, excluded or not, and are
+    nearly as probable; a set that holds it is no other."""
+    near = [c for c in diagnosis.candidates if c.suspects and small.score - c.score < math.log(RIVAL_ODDS)]
+    other = [c.amounts_to for c in near if not set(small.names) <= set(c.amounts_to)]
+    return list(dict.fromkeys((small.names[0], *(" and ".join(names) for names in other))))
+
+
+def _with_something_small(verdict: Verdict, diagnosis: LevelDiagnosis, tested: NullTest) -> Verdict:
+    """What the dry trials need explains what counts in this water, and beside it something small stands out. It is a
+    name of the verdict's where evidence is far beyond doubt and no other is nearly as probable: of four sealed
+    campaigns (2132001, 2133001) that would have had a name by what stands out most, two would have had a wrong one."""
+    small = diagnosis.small
+    likely = _standing_names(tested) if small is None else _small_names(diagnosis, small)
+    names = verdict.verdict if small is None or len(likely) > 1 else tuple(dict.fromkeys((*verdict.verdict, *likely)))
+    words = ", or ".join(spelled(name) for name in likely[:3])
+    text = (
+        f"{verdict.sentence} Beside it something small stands out, as {rarely(tested.p_value)} of such levels with "
+        f"nothing beside it do: most like {words}."
+    )
+    return replace(verdict, verdict=names, sentence=text)
 
 
 def _surely_small(verdict: Verdict, tested: NullTest) -> bool:
@@ -233,7 +255,7 @@ def _standing_out(
     """``present_but_small`` or, where it would count, ``unknown``: no free run shows it, but hardly any level with
     nothing missing stands out as much. It has a name where no other suspect stands out nearly as much and the numbers
     of its fit mean something."""
-    likely = list(dict.fromkeys(t.name for t in _near(tested)))
+    likely = _standing_names(tested)
     words = ", ".join(spelled(name) for name in likely[:3])
     sound = any(c.names == (likely[0],) and (c.aside or not c.out) for c in diagnosis.candidates)
     named = tested.tests[0].size < 1.0 and sound and len(likely) == 1 and not in_air.because
@@ -247,6 +269,11 @@ def _standing_out(
     name = likely[0] if named else "unknown"
     status: Status = "present_but_small" if small else "unknown"
     return replace(verdict, status=status, verdict=(name,), next_test=next_test(likely[0]), sentence=text)
+
+
+def _standing_names(tested: NullTest) -> list[str]:
+    """Names of the suspects that stand out nearly as much as the first, which is one of them."""
+    return list(dict.fromkeys(t.name for t in _near(tested)))
 
 
 def holds_with_twice_the_scatter(level: Level, diagnosis: LevelDiagnosis) -> bool:

@@ -16,12 +16,12 @@ from numba import njit
 from undertow.compiling import WITHIN
 
 SLOTS: tuple[str, ...] = (
-    "mass", "xe", "x0", "v0", "k1", "c1", "fc", "q", "c3", "cp", "p", "k3",
-    "k5", "k2", "kd", "td", "ka", "ks", "xv", "xxv", "fs", "vs", "fa", "fn",
-    "fcos", "omega", "fsin", "gcos", "gomega", "gsin", "gcos_t", "gsin_t", "gcos_tt", "gsin_tt", "ge", "tau_e",
-    "kb", "fb", "hm1", "hw1", "hz1", "hb1", "hg1", "hs1", "hu1", "hm2", "hw2", "hz2",
-    "hb2", "hg2", "hs2", "hu2", "hm3", "hw3", "hz3", "hb3", "hg3", "hs3", "hu3", "rk1",
-    "rt1", "rk2", "rt2",
+    "mass", "xe", "x0", "v0", "k1", "c1", "fc", "q", "c3", "cb", "qa", "cp",
+    "p", "k3", "k5", "k2", "kd", "td", "ka", "ks", "xv", "xxv", "fs", "vs",
+    "fa", "fn", "fcos", "omega", "fsin", "gcos", "gomega", "gsin", "gcos_t", "gsin_t", "gcos_tt", "gsin_tt",
+    "ge", "tau_e", "kb", "fb", "hm1", "hw1", "hz1", "hb1", "hg1", "hs1", "hu1", "hm2",
+    "hw2", "hz2", "hb2", "hg2", "hs2", "hu2", "hm3", "hw3", "hz3", "hb3", "hg3", "hs3",
+    "hu3", "rk1", "rt1", "rk2", "rt2",
 )
 """Names of the parameter vector's places, in order: hm1 is the first hidden oscillator's mass."""
 
@@ -29,13 +29,13 @@ SLOT: dict[str, int] = {name: i for i, name in enumerate(SLOTS)}
 N_SLOTS = len(SLOTS)
 
 (
-    _MASS, _XE, _X0, _V0, _K1, _C1, _FC, _Q, _C3, _CP, _P, _K3,
-    _K5, _K2, _KD, _TD, _KA, _KS, _XV, _XXV, _FS, _VS, _FA, _FN,
-    _FCOS, _OMEGA, _FSIN, _GCOS, _GOMEGA, _GSIN, _GCOS_T, _GSIN_T, _GCOS_TT, _GSIN_TT, _GE, _TAU_E,
-    _KB, _FB,
-) = range(38)
-_HM = 38
-_RK = 59
+    _MASS, _XE, _X0, _V0, _K1, _C1, _FC, _Q, _C3, _CB, _QA, _CP,
+    _P, _K3, _K5, _K2, _KD, _TD, _KA, _KS, _XV, _XXV, _FS, _VS,
+    _FA, _FN, _FCOS, _OMEGA, _FSIN, _GCOS, _GOMEGA, _GSIN, _GCOS_T, _GSIN_T, _GCOS_TT, _GSIN_TT,
+    _GE, _TAU_E, _KB, _FB,
+) = range(40)
+_HM = 40
+_RK = 61
 _NH = 7
 _START = 5
 MAX_HIDDEN = 3
@@ -83,8 +83,8 @@ def _resisting(th, x, v, d, side):
 def _smooth_force(th, x, v, d, side):
     """All forces of x and v but friction, N."""
     f = th[_K1] * x + v * (th[_C1] + d * th[_Q] * v)
-    if th[_C3] != 0.0 or th[_XV] != 0.0 or th[_XXV] != 0.0:
-        f += v * (th[_C3] * v * v + x * (x * th[_XXV] + th[_XV]))
+    if th[_C3] != 0.0 or th[_CB] != 0.0 or th[_QA] != 0.0 or th[_XV] != 0.0 or th[_XXV] != 0.0:
+        f += v * (th[_CB] * d + v * (th[_C3] * v + th[_QA]) + x * (x * th[_XXV] + th[_XV]))
     if th[_CP] != 0.0:
         f += th[_CP] * _power_law(v, th[_P])
     if th[_K3] != 0.0 or th[_K5] != 0.0 or th[_K2] != 0.0 or th[_KA] != 0.0:
@@ -118,9 +118,9 @@ def _slopes(th, x, v, d, side, t):
     """Derivatives of all forces by x and by v, N/m and N s/m."""
     fx = th[_K1]
     fv = th[_C1] + 2.0 * d * th[_Q] * v
-    if th[_C3] != 0.0 or th[_XV] != 0.0 or th[_XXV] != 0.0:
+    if th[_C3] != 0.0 or th[_CB] != 0.0 or th[_QA] != 0.0 or th[_XV] != 0.0 or th[_XXV] != 0.0:
         fx += v * (2.0 * x * th[_XXV] + th[_XV])
-        fv += 3.0 * th[_C3] * v * v + x * (x * th[_XXV] + th[_XV])
+        fv += th[_CB] * d + v * (3.0 * th[_C3] * v + 2.0 * th[_QA]) + x * (x * th[_XXV] + th[_XV])
     if th[_CP] != 0.0:
         fv += th[_CP] * _power_slope(v, th[_P], d)
     if th[_K3] != 0.0 or th[_K5] != 0.0 or th[_K2] != 0.0 or th[_KA] != 0.0 or th[_FA] != 0.0 or th[_FN] != 0.0:
@@ -178,6 +178,10 @@ def _explicit_force(th, slot, y, nh, t, d, side, x, v, a, fx, echo):
         return -d * v * v
     if slot == _C3:
         return -v * v * v
+    if slot == _CB:
+        return -d * v
+    if slot == _QA:
+        return -v * v
     if slot == _CP:
         return -_power_law(v, th[_P])
     if slot == _P:
@@ -230,9 +234,9 @@ def _rubs(th):
 @njit(inline="always", **WITHIN)
 def _turns(th, active, dims):
     """Whether a law bends where the body reverses, or would."""
-    found = th[_FC] != 0.0 or th[_Q] != 0.0 or th[_CP] != 0.0 or th[_FS] != 0.0 or th[_FA] != 0.0 or th[_FN] != 0.0 or dims[4] > 0
+    found = th[_FC] != 0.0 or th[_Q] != 0.0 or th[_CB] != 0.0 or th[_CP] != 0.0 or th[_FS] != 0.0 or th[_FA] != 0.0 or th[_FN] != 0.0 or dims[4] > 0
     for slot in active:
-        found = found or slot in (_FC, _Q, _CP, _FS, _FN)
+        found = found or slot in (_FC, _Q, _CB, _CP, _FS, _FN)
     return found
 
 

@@ -25,6 +25,8 @@ COLUMNS: dict[str, Callable[[Array, Array, Array, Inner], Array]] = {
     "added_stiffness": lambda x, v, t, p: 1.0 * x,
     "linear_damping": lambda x, v, t, p: 1.0 * v,
     "cubic_damping": lambda x, v, t, p: v**3,
+    "asymmetric_damping": lambda x, v, t, p: v * np.sign(v),
+    "asymmetric_drag": lambda x, v, t, p: v**2,
     "drag_exponent": lambda x, v, t, p: np.abs(v) ** p["exponent"] * np.sign(v),
     "cubic_stiffness": lambda x, v, t, p: x**3,
     "quintic_stiffness": lambda x, v, t, p: x**5,
@@ -73,6 +75,8 @@ def most_damped(at: Size, size: float, speed: float) -> float:
         at("c1")
         + 2.0 * at("q") * speed
         + 3.0 * at("c3") * speed * speed
+        + at("cb")
+        + 2.0 * at("qa") * speed
         + size * at("xv")
         + size * size * at("xxv")
     )

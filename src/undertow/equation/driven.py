@@ -73,7 +73,7 @@ def fastest_rate(theta: Array, extent: MotionSize) -> float:
 
     size, speed, mass = extent.size, extent.speed, float(theta[DRIVEN_SLOT["mass"]])
     stiffness = stiffest(slot, size) + slot("bw_a")
-    damping = most_damped(slot, size, speed) + slot("ca") + slot("lg_m")
+    damping = most_damped(slot, size, speed) + slot("lg_m")
     damping += slot("wc") + 2.0 * slot("wq") * speed + 3.0 * slot("wc3") * speed**2
     swing = math.sqrt(stiffness / mass)
     rates = [swing, damping / mass / STABLE * 2.0 * math.pi, slot("omega"), *fading(slot)]

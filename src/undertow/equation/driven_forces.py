@@ -1,16 +1,16 @@
 """The right-hand side of a driven body, compiled: the laws of kernel.py, and what comes from outside.
 
-    M x'' + (all laws of kernel.py) + b + ca |v| + z = g u(t - tau)
+    M x'' + (all laws of kernel.py) + b + z = g u(t - tau)
 
 on a base at rest. On a base that moves with the acceleration g u(t - tau), x is the displacement relative to it and
 
-    M x'' + (laws between body and base) + b + ca |v| + z + W(r) = -M g u(t - tau),    r' = x'' + g u(t - tau)
+    M x'' + (laws between body and base) + b + z + W(r) = -M g u(t - tau),    r' = x'' + g u(t - tau)
     s_i'' = -r' - R_i,   W(r) = wc r + wq r|r| + wc3 r^3
 
 r is the body's velocity through water at rest, a state of its own: its zeros are events like any other's. In water that
 moves with the acceleration g u(t - tau) about a base at rest (waves, currents; Morison et al. 1950)
 
-    M x'' + (laws of the structure) + b + ca |v| + z + W(r) = C g u(t - tau),    r' = x'' - g u(t - tau)
+    M x'' + (laws of the structure) + b + z + W(r) = C g u(t - tau),    r' = x'' - g u(t - tau)
 
 with M the body's mass and its added mass together, C = rho V + m_a. What comes
 from outside enters kernel.py's right-hand side where a delayed echo does. u is the input between its samples
@@ -40,10 +40,10 @@ from undertow.equation.driven_memory import _memory_force, _memory_slope, _slide
 from undertow.equation.driven_slots import DRIVEN_SLOT, IWAN, SLIDERS
 from undertow.equation.kernel import _C, _int, _rhs, _start
 
-_GAIN, _TAU, _OFF, _BA, _BN, _BZ, _MOVING, _W0, _R0, _WC, _WQ, _W3, _CA, _WAVE, _KIND = (
+_GAIN, _TAU, _OFF, _BA, _BN, _BZ, _MOVING, _W0, _R0, _WC, _WQ, _W3, _WAVE, _KIND = (
     DRIVEN_SLOT[name] for name in (
         "gain", "delay", "offset", "bw_a", "bw_n", "bw_z0",
-        "moving", "base_v0", "absolute_v0", "wc", "wq", "wc3", "ca", "wave", "memory",
+        "moving", "base_v0", "absolute_v0", "wc", "wq", "wc3", "wave", "memory",
     )
 )  # fmt: skip
 
@@ -61,24 +61,22 @@ def _input(knots, pieces, piece, r):
 
 @njit(**WITHIN)
 def _push(th, active, y, cols, u, du, iz, ir, d, rside, sens):
-    """What acts from outside, with the sign of an echo, and its derivatives: into sens; |v| goes on as d v."""
+    """What acts from outside, with the sign of an echo, and its derivatives: into sens."""
     lever, inertia = 1.0, -1
     if th[_MOVING] > 0.0:
         lever, inertia = -th[_MASS], _MASS
     elif th[_MOVING] < 0.0:
         lever, inertia = th[_WAVE], _WAVE
-    sens[0] = th[_OFF] - lever * th[_GAIN] * u + th[_CA] * d * y[1, 0]
+    sens[0] = th[_OFF] - lever * th[_GAIN] * u
     for c in range(1, cols):
         slot = active[c - 1]
-        s = th[_CA] * d * y[1, c]
+        s = 0.0
         if slot == _GAIN:
             s -= lever * u
         elif slot == _TAU:
             s += lever * th[_GAIN] * du
         elif slot == _OFF:
             s += 1.0
-        elif slot == _CA:
-            s += d * y[1, 0]
         elif slot == inertia:
             s += th[_MOVING] * th[_GAIN] * u
         sens[c] = s

@@ -24,7 +24,6 @@ from undertow.equation.algebra import _CP, _FS, _GE, _P, _XE, MAX_HIDDEN, _dimen
 from undertow.equation.driven_forces import (
     _BN,
     _BZ,
-    _CA,
     _KIND,
     _TAU,
     _WQ,
@@ -66,10 +65,7 @@ _driven_event = _watching(_driven_step, _push_before)
 def _events_watched(th, active, dims, iz, ir, watch):
     """How many states have zeros that are events, into ``watch``."""
     many = _watched(th, active, dims, watch)
-    reverses = iz > 0 or th[_CA] != 0.0
-    for slot in active:
-        reverses = reverses or slot == _CA
-    if reverses:
+    if iz > 0:
         known = False
         for i in range(many):
             known = known or watch[i] == 1

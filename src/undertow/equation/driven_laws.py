@@ -1,5 +1,5 @@
-"""Laws that a driven body can have beside those of the registry: a constant force, a damping that differs by direction,
-what accelerated water does.
+"""Laws that a driven body can have beside those of the registry: a constant force, what accelerated
+water does.
 
 Belongs here: their rows, and where any law's parameters stand in the driven integrator. Does not belong here: laws that
 decays can hold too (structure.py and its neighbours), hysteresis (driven_hysteresis.py).
@@ -52,27 +52,6 @@ class ConstantForce(Term):
 
 
 @dataclass(frozen=True)
-class AsymmetricDamping(Term):
-    """Viscous friction that is not the same both ways, F = c_a |v|: c + c_a one way and c - c_a the other.
-
-    >>> AsymmetricDamping().force(np.zeros(2), np.array([2.0, -2.0]), np.zeros(2), np.zeros(2))
-    array([2., 2.])
-    """
-
-    name = "asymmetric_damping"
-    parameters = (Parameter("c_Ns_per_m", "N s/m", "c_a"),)
-    slots: ClassVar[Mapping[str, str]] = {"c_Ns_per_m": "ca"}
-    law = "c_a |v|"
-    latex = r"c_a|\dot x|"
-    source = "Armstrong-Helouvry et al. 1994, doi:10.1016/0005-1098(94)90209-7"
-    left_out = "the body lags its equation on the way out and leads it on the way back, more at speed"
-
-    def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:
-        """|v| in m/s."""
-        return np.abs(v)
-
-
-@dataclass(frozen=True)
 class FroudeKrylov(Term):
     """The pressure of accelerated water on the volume that the body takes in it, F = -rho V u' (on the left-hand side).
 
@@ -95,7 +74,7 @@ class FroudeKrylov(Term):
         return -1.0 * a
 
 
-DRIVEN_ALONE: tuple[type[Term], ...] = (ConstantForce, AsymmetricDamping, *HYSTERESES, FroudeKrylov)
+DRIVEN_ALONE: tuple[type[Term], ...] = (ConstantForce, *HYSTERESES, FroudeKrylov)
 """Laws that no decay is fitted with."""
 
 

@@ -10,16 +10,16 @@ from undertow.equation.algebra import SLOTS
 
 EXTRA: tuple[str, ...] = (
     "gain", "delay", "offset", "bw_a", "bw_g", "bw_d", "bw_n", "bw_unit", "bw_z0",
-    "moving", "base_v0", "absolute_v0", "wc", "wq", "wc3", "ca", "wave",
+    "moving", "base_v0", "absolute_v0", "wc", "wq", "wc3", "wave",
     "memory", "pinch", "pinch_w", "lg_c", "lg_r", "lg_v", "lg_m", "iw_f", "iw_x",
 )  # fmt: skip
 """Names behind algebra.SLOTS. bw_unit is the force that |z| is counted in under the exponent, N. ``moving`` is 1 where
-the input is the acceleration of a base, -1 where it is that of the water, else 0; base_v0 is the velocity of what moves
-at the start by the recorded input (times the gain), absolute_v0 what has to be added to it; wc, wq, wc3 are
-coefficients of r, r|r|, r^3 with r the body's velocity through the water (N s/m, N s^2/m^2, N s^3/m^3); ca is that of
-|v|, N s/m; wave is the mass that the acceleration of the water acts on, rho V + m_a, kg. ``memory`` says which
-hysteresis stands at bw_a (the stiffness of a small loop, N/m) and the slots of its own: pinch (1) and pinch_w (N);
-LuGre's F_c, F_s (N), v_s (m/s), sigma1 (N s/m); Iwan's slip force (N) and chi (1)."""
+the input is the acceleration of a base, -1 where it is that of the water, else 0; base_v0 is the velocity of what
+moves at the start by the recorded input (times the gain), absolute_v0 what has to be added to it; wc, wq, wc3 are
+coefficients of r, r|r|, r^3 with r the body's velocity through the water (N s/m, N s^2/m^2, N s^3/m^3); wave is the
+mass that the acceleration of the water acts on, rho V + m_a, kg. ``memory`` says which hysteresis stands at bw_a (the
+stiffness of a small loop, N/m) and the slots of its own: pinch (1) and pinch_w (N); LuGre's F_c, F_s (N), v_s (m/s),
+sigma1 (N s/m); Iwan's slip force (N) and chi (1)."""
 
 BOUC_WEN, PINCHED, LUGRE, IWAN = 0.0, 1.0, 2.0, 3.0
 """Values of the slot ``memory``."""

@@ -141,6 +141,49 @@ class CubicDamping(Term):
 
 
 @dataclass(frozen=True)
+class AsymmetricDamping(Term):
+    """F = c_a |v|: damping c + c_a moving one way, c - c_a the other; it takes no energy from a symmetric swing.
+
+    Valves that open one way, and drag of a body that swings faster than the stream around it (of which it is the part
+    that goes with the stream's speed).
+
+    >>> import numpy as np
+    >>> AsymmetricDamping().force(np.zeros(2), np.array([-0.2, 0.2]), np.zeros(2), np.zeros(2)).tolist()
+    [0.2, 0.2]
+    """
+
+    name = "asymmetric_damping"
+    parameters = (Parameter("c_Ns_per_m", "N s/m", "c_a"),)
+    slots: ClassVar[Mapping[str, str]] = {"c_Ns_per_m": "cb"}
+    law = "c_a |v|"
+    latex = r"c_a\,|\dot{x}|"
+    smooth = "c_Ns_per_m * (v * d)"
+    source = "Armstrong-Helouvry et al. 1994, doi:10.1016/0005-1098(94)90209-7"
+    left_out = "mean position moves with the amplitude; second harmonic"
+    words = "damping that differs with the direction of motion"
+    next_test = "releases to the other side: what differs with the direction changes sides"
+    suspect_of = "water"
+
+
+@dataclass(frozen=True)
+class AsymmetricDrag(Term):
+    """F = d_a v^2: drag d + d_a moving one way, d - d_a the other; it takes no energy from a symmetric swing."""
+
+    name = "asymmetric_drag"
+    parameters = (Parameter("drag_Ns2_per_m2", "N s^2/m^2", "d_a"),)
+    slots: ClassVar[Mapping[str, str]] = {"drag_Ns2_per_m2": "qa"}
+    law = "d_a v^2"
+    latex = r"d_a \dot{x}^2"
+    smooth = "drag_Ns2_per_m2 * v**2"
+    source = "drag of bodies that are not alike fore and aft, e.g. Hoerner 1965, Fluid-Dynamic Drag, ch. 3"
+    left_out = "mean position moves with the square of the amplitude; second harmonic"
+    relative_to = "water"
+    words = "drag that differs with the direction of motion"
+    next_test = "releases to the other side: what differs with the direction changes sides"
+    suspect_of = "water"
+
+
+@dataclass(frozen=True)
 class DragExponent(Term):
     """Drag with another exponent, F = d |v|^p sign(v); p = 2 is quadratic drag, 1 linear, 0 friction.
 

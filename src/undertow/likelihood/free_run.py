@@ -204,7 +204,8 @@ def repeatability(
             draw = generator.standard_normal()
             if math.isfinite(freedom) and freedom > 0.0:
                 draw /= math.sqrt(generator.chisquare(freedom) / freedom)
-            theta[SLOT[slot]] = max(theta[SLOT[slot]] + std * draw, 0.0)
+            here = theta[SLOT[slot]]
+            theta[SLOT[slot]] = max(here + std * draw, 0.0) if here != 0.0 else std * draw  # a pendulum's stiffness
         try:
             drawn.append(output_error.trajectory(theta, none, times, steps)[pick][:, 0])
         except IdentificationError:  # no rig has motions without bounds: such a draw says nothing of repeatability

@@ -16,7 +16,7 @@ from dataclasses import replace
 
 from undertow.campaign.differ.lacking import UNEXPLAINED, UNKNOWN, allowed_error, fitted, judged, let_go, more, needs
 from undertow.campaign.differ.words import sentence_of
-from undertow.comparison.deviations import SLOTS
+from undertow.comparison.deviations import SLOTS, size_in
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.cycle_by_cycle import CycleComparison, compare_cycles, sidebands
 from undertow.discrepancy.difference import Difference, Side, TermRow
@@ -24,7 +24,6 @@ from undertow.discrepancy.place import locate
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import spelled
 from undertow.equation import registry
-from undertow.equation.kernel import SLOT
 from undertow.equation.term import Term
 from undertow.errors import RecordingError
 from undertow.likelihood.fit import Specimen
@@ -122,7 +121,7 @@ def _kept(motion: Motion, library: tuple[Term, ...]) -> tuple[Term, ...]:
 
 def _repeatability(motion: Motion, run: FreeRun, scatter: Mapping[str, float], seed: int) -> float:
     """nrmse that the simulation's equation would have in 95 % of repetitions on this rig."""
-    spread = {slot: scatter.get(symbol, 0.0) * abs(float(run.theta[SLOT[slot]])) for symbol, slot in SLOTS.items()}
+    spread = {slot: scatter.get(symbol, 0.0) * size_in(run.theta, slot) for symbol, slot in SLOTS.items()}
     return repeatability(run, spread, sensor_floor(motion, run), scored_channel(motion), seed)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from undertow.campaign.run.differing import baseline_grown, of_any_trial, with_grown_errors
 from undertow.campaign.run.unsearched import unsearched_verdict
+from undertow.comparison.deviations import size_in
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.drifts import amplitude_drifts
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
@@ -367,5 +368,5 @@ def spread_of_repetitions(task: GroupTask, run: FreeRun) -> dict[str, float]:
         error = means[symbol] if math.isfinite(means[symbol]) and not task.dry else 0.0
         if symbol == "k":
             error = 0.0  # the group's added mass takes the mean of k up
-        spread[slot] = math.hypot(own, error) * abs(float(run.theta[SLOT[slot]]))
+        spread[slot] = math.hypot(own, error) * size_in(run.theta, slot)
     return spread

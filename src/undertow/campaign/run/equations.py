@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from undertow.campaign.config import RunConfig
-from undertow.comparison.deviations import SLOTS
+from undertow.comparison.deviations import SLOTS, size_in
 from undertow.discrepancy.findings import GroupFindings
 from undertow.discrepancy.repaired import repaired_equation, repaired_errors
 from undertow.equation.equation import Equation
@@ -66,13 +66,15 @@ def own_scatter(group: GroupFindings) -> dict[str, float]:
     """`DEFAULT_SCATTER`, smaller by one factor where free runs with nothing adjusted miss less than it says."""
     if not group.equation.compiled or len(group.trials) < FEWEST_TRIALS:
         return dict(DEFAULT_SCATTER)
-    slots = np.array([SLOT[SLOTS[name]] for name in DEFAULT_SCATTER], dtype=np.int64)
+    named = [SLOTS[name] for name in DEFAULT_SCATTER]
+    slots = np.array([SLOT[slot] for slot in named], dtype=np.int64)
     missed, said = 0.0, 0.0
     for one in group.trials:
         if not math.isfinite(one.as_measured):
             continue
         theta = group.equation.theta(float(one.simulated[0]))
-        moved = trajectory(theta, slots, np.maximum(one.t, 0.0))[0][:, 1:] * theta[slots] * [*DEFAULT_SCATTER.values()]
+        sizes = [size_in(theta, slot) * share for slot, share in zip(named, DEFAULT_SCATTER.values(), strict=True)]
+        moved = trajectory(theta, slots, np.maximum(one.t, 0.0))[0][:, 1:] * sizes
         said += float(np.mean(np.sum(moved**2, axis=1)))
         noise = one.motion.noise.get(scored_channel(one.motion), 0.0)
         missed += max(one.as_measured**2 * float(np.mean(one.measured**2)) - noise**2, 0.0)

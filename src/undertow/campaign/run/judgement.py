@@ -24,7 +24,7 @@ from undertow.campaign.run.rig import (
 )
 from undertow.campaign.run.workers import Progress, on_processes
 from undertow.comparison.candidate import RIVAL_ODDS
-from undertow.comparison.deviations import SLOTS
+from undertow.comparison.deviations import SLOTS, size_in
 from undertow.comparison.joining import told_by_other_waters
 from undertow.comparison.level import Addend, Member
 from undertow.comparison.suspect import Suspect
@@ -36,7 +36,6 @@ from undertow.discrepancy.judge import Judged, judge_level, undecided
 from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import count, group_title, own_words, spelled
-from undertow.equation.kernel import SLOT
 from undertow.errors import FAILURES, failure
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.methods.baseline import group_model
@@ -352,7 +351,7 @@ def _with_scatter(member: Member, task: GroupTask, group: GroupFindings) -> Memb
     relative, freedom = (task.scatter, task.freedom) if task.scatter else (DEFAULT_SCATTER, 0.0)
     theta = group.equation.theta(1.0)
     spread = {slot: believed(relative, freedom, symbol) for symbol, slot in SLOTS.items()}
-    sizes = {slot: abs(float(theta[SLOT[slot]])) for slot in spread}
+    sizes = {slot: size_in(theta, slot) for slot in spread}
     return replace(member, spread=spread, sizes=sizes, freedom=freedom)
 
 

@@ -100,7 +100,7 @@ def test_a_recording_that_cannot_be_used_is_said(
         ("t,x,a", "t,pos,a", r"r00\.csv has no column 'x'; it has t, pos, a; correct recordings\.channels"),
         ("0.04", "off", r"r00\.csv: column 'x', line \d+: 'off.*' is not a number; repair the file"),
         ("t,x,a", "1,2,3", r"the header line holds numbers \(1, 2, 3\); set header: none, columns by number"),
-        ("t,x,a", "t,x,x", r"r00\.csv has 2 columns named 'x'; set header: none and give its number"),
+        ("t,x,a", "t,x,x", r"r00\.csv has 2 columns named 'x'; rename all but one"),
     ],
 )
 def test_a_table_that_is_not_what_the_config_says_is_said(

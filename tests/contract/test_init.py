@@ -412,6 +412,23 @@ def test_a_cell_of_the_index_that_is_empty_leaves_out_its_trial_and_not_the_colu
     assert [entry.name for entry in planned(config).entries] == ["v0", "v1", "v2", "v4", "v5"]
 
 
+@pytest.mark.parametrize(
+    ("header", "said"),
+    [("t [s],x [foo]", r"r1.csv: displacement: unit 'foo' is not known; .* \(column 'x \[foo\]'\)"),
+     ("t [s],a [m/s^2]", r"r1.csv: no column is named like .*; an acceleration integrated twice drifts away from")],
+)  # fmt: skip
+def test_why_no_column_says_where_the_body_is(tmp_path: Path, header: str, said: str) -> None:
+    write_table(tmp_path / "r1.csv", recorded(0.04, 0)[:, :2], header)
+    with pytest.raises(ConfigError, match=said):
+        start(tmp_path)
+
+
+def test_an_old_spreadsheet_is_said_to_be_left_out_with_what_to_save_it_as(tmp_path: Path) -> None:
+    (tmp_path / "r1.xls").write_bytes(b"\xd0\xcf")
+    with pytest.raises(ConfigError, match=r"\(1 file looked at\); r1.xls: .xls has no reader; save it as .xlsx"):
+        start(tmp_path)
+
+
 def test_a_file_that_is_never_read_is_said_to_be_left_out(capsys: Capture, tmp_path: Path) -> None:
     for at in range(2):
         write_table(tmp_path / f"v{at}.csv", recorded(0.04, at)[:, :2], "t,x")

@@ -84,6 +84,7 @@ def test_motions_out_of_scale_are_doubted_where_their_unit_is_not_accepted():
     (doubt,) = undertow.read(both, units={"x": "m", "t": "s"}).doubts
     assert "is its time in ms, and its displacement, 100 m at the release, in mm? correct" in doubt
     assert out_of_scale(undertow.read(TABLES, units={"x": "m"}).motions) == ()
+    assert undertow.read(large, units={"x": "%"}).doubts == ()  # a scale that nobody calibrated is no length
 
 
 def test_a_unit_that_contradicts_the_column_s_name_is_doubted_where_it_is_not_accepted():

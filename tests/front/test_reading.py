@@ -228,6 +228,31 @@ def test_of_several_structures_or_sheets_one_is_said(decay, tmp_path):
         assert found.x == pytest.approx(undertow.read(decay)[0].x, abs=1e-6)
 
 
+def test_a_sheet_is_read_where_its_table_begins_as_init_reads_it(decay, tmp_path):
+    """Two header rows, or a sheet of notes before the data, were no number and no data."""
+    rows = table_of(decay)
+    head = pd.DataFrame([["Channel 1", "Channel 2"], ["t [s]", "x [mm]"]], columns=rows.columns)
+    pd.concat([head, rows.astype(object)]).to_excel(tmp_path / "r1.xlsx", index=False, header=False)
+    with pd.ExcelWriter(tmp_path / "r2.xlsx") as book:
+        pd.DataFrame({"who": ["me"]}).to_excel(book, sheet_name="About", index=False)
+        rows.rename(columns={"x": "x [mm]"}).to_excel(book, sheet_name="Data", index=False)
+    for name in ("r1.xlsx", "r2.xlsx"):
+        assert undertow.read(tmp_path / name)[0].amplitude == pytest.approx(0.1, rel=0.01)
+    with pd.ExcelWriter(tmp_path / "r3.xlsx") as book:
+        pd.DataFrame({"who": ["me"]}).to_excel(book, sheet_name="About", index=False)
+    with pytest.raises(RecordingError, match=r"r3.xlsx: no table of numbers begins in its first 2 lines"):
+        undertow.read(tmp_path / "r3.xlsx")
+
+
+def test_a_file_without_numbers_and_a_unit_that_is_none_are_said(decay, tmp_path):
+    """The first ended in an IndexError, the second was called a column that is named like no channel."""
+    scipy.io.savemat(tmp_path / "r1.mat", {"note": "nothing"})
+    with pytest.raises(RecordingError, match=r"r1.mat: it holds no column of numbers; is it a recording\? name a matrix"):
+        undertow.read(tmp_path / "r1.mat")
+    with pytest.raises(RecordingError, match=r"^displacement: unit 'foo' is not known.*column 'x \[foo\]'"):
+        undertow.read(table_of(decay).rename(columns={"x": "x [foo]"}))
+
+
 def test_a_variable_of_what_holds_one_table_is_refused(decay, tmp_path):
     path = written(tmp_path, decay)
     with pytest.raises(RecordingError, match=r"variable is 'data', but .*r1.csv is text with one table; leave"):

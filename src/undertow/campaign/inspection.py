@@ -21,7 +21,8 @@ from undertow.errors import ConfigError, RecordingError
 from undertow.recording.catalogue import Catalogue, Entry, read_trial
 from undertow.recording.layout import FileFormat
 from undertow.recording.matlab import list_variables
-from undertow.recording.propose import Proposal
+from undertow.recording.parts import ALONE
+from undertow.recording.propose import Proposal, strange_unit
 from undertow.recording.propose_file import FileProposal, propose_file
 from undertow.recording.quality import RecordingSummary, summary
 from undertow.recording.readers import suffix_of, trial_name
@@ -84,6 +85,10 @@ def what_lacks(path: Path, table: pd.DataFrame, layout: FileFormat, proposal: Pr
             f"no vector is named like a channel and one like time; it holds {', '.join(list_variables(path))}: "
             "set recordings.variable for a matrix or structure, recordings.cells for a cell array of trials"
         )
+    if strange := strange_unit(table):
+        return strange
+    if list(proposal.channels) == ["acceleration"]:
+        return ALONE
     ranges = [
         f"{name} ({np.nanmin(values):.4g} to {np.nanmax(values):.4g})"
         for name, values in ((name, table[name].to_numpy(dtype=np.float64)) for name in table.columns[:COLUMNS_SHOWN])

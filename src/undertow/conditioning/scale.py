@@ -15,6 +15,7 @@ from undertow.conditioning.driven import OUTPUTS, DrivenTrial
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
 from undertow.errors import IdentificationError
+from undertow.recording.parts import UNCALIBRATED
 from undertow.recording.recording import Coordinate
 
 GRAVITY, HURLED_M_PER_S2 = 9.81, 981.0
@@ -92,7 +93,7 @@ def _turned(motions: Sequence[Motion]) -> str:
 
 
 def _hurled(motions: Sequence[Motion]) -> str:
-    moved = [motion for motion in motions if motion.recording.coordinate == "translation"]
+    moved = [one for one in motions if one.recording.coordinate == "translation" and not _uncalibrated(one)]
     sizes = [(float(np.max(np.abs(motion.windowed("a")))), motion) for motion in moved]
     size, fastest = max(sizes, key=lambda one: one[0], default=(0.0, None))
     if fastest is None or not size > HURLED_M_PER_S2:
@@ -104,13 +105,18 @@ def _hurled(motions: Sequence[Motion]) -> str:
     )
 
 
+def _uncalibrated(motion: Motion) -> bool:
+    """Whether its displacement is in a scale that is no unit of length."""
+    return any(UNCALIBRATED in note for note in motion.recording.notes if note.startswith("displacement "))
+
+
 def _slow(motions: Sequence[Motion]) -> str:
     found = [(_period(motion), motion) for motion in motions]
     period, slowest = max(found, key=lambda one: one[0], default=(0.0, None))
     if slowest is None or not period > SLOWEST_S:
         return ""
     hurled = float(np.max(np.abs(slowest.windowed("a")))) / MS**2 > HURLED_M_PER_S2
-    both = hurled and slowest.recording.coordinate == "translation"
+    both = hurled and slowest.recording.coordinate == "translation" and not _uncalibrated(slowest)
     asked, keys = (
         (f"is its time in ms, and its displacement, {slowest.amplitude:.3g} m at the release, in mm?",
          "recordings.channels.time.unit and recordings.channels.displacement.unit")

@@ -15,7 +15,14 @@ import pandas as pd
 from undertow.errors import RecordingError, shown
 from undertow.recording.catalogue import ChannelSpec, TimeSpec
 from undertow.recording.layout import Column
-from undertow.recording.propose import counts_rows, name_and_unit, propose_mapping, step_in_doubt, two_without_names
+from undertow.recording.propose import (
+    counts_rows,
+    name_and_unit,
+    propose_mapping,
+    step_in_doubt,
+    strange_unit,
+    two_without_names,
+)
 from undertow.recording.recording import CHANNELS, Array, Coordinate
 from undertow.recording.stacked import stacked
 from undertow.recording.text import is_number
@@ -199,6 +206,10 @@ def _guessed(
         proposal = two_without_names(numbers) or proposal
     chosen = {quantity: spec.columns for quantity, spec in proposal.channels.items()}
     if not chosen:
+        if not len(table.columns):
+            raise RecordingError("it holds no column of numbers; is it a recording? name a matrix as variable=...")
+        if strange := strange_unit(numbers):
+            raise RecordingError(strange)
         for quantity, spec in propose_mapping(numbers).channels.items():  # a unit that fits no channel hides its own
             for unit in (said[column] for column in spec.columns if column in said):
                 factor_to_si(unit, quantity)

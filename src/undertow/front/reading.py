@@ -27,6 +27,7 @@ from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import count
 from undertow.errors import IdentificationError, RecordingError, shown
 from undertow.front.columns import Columns, Mapped, Units, mapped, numbers_of
+from undertow.front.file_layout import layout_of
 from undertow.front.in_memory import by_name, frame_of, is_timed, table_of, timed
 from undertow.front.known import checked, place_of
 from undertow.front.trials import Trials, first_reasons, in_arguments
@@ -34,11 +35,9 @@ from undertow.recording.catalogue import Entry, TimeWindow
 from undertow.recording.doubt_kinds import DOUBT_KINDS, DoubtKind
 from undertow.recording.gather import by_release
 from undertow.recording.layout import FileFormat
-from undertow.recording.propose_layout import propose_layout
-from undertow.recording.readers import READERS, read_table, suffix_of, tables_in, trial_name
+from undertow.recording.readers import read_table, trial_name
 from undertow.recording.recording import Condition, Coordinate, Recording
 from undertow.recording.stated_rate import other_rate
-from undertow.recording.text import read_text
 
 Conditions = Mapping[str, Condition]
 Path_ = str | PathLike[str]
@@ -50,9 +49,6 @@ Source: TypeAlias = (
 )  # fmt: skip
 """What `read` takes: a path, glob or several; a DataFrame or several, also by name; columns by name; (X, t); recordings
 or motions."""
-
-TABLES_SHOWN = 8
-"""Tables of a file named in a message at most."""
 
 
 @dataclass(frozen=True)
@@ -311,7 +307,7 @@ def _read_all(sources: Sequence[Any], asked: _Asked, said: _Said) -> tuple[list[
 
 def _from_file(path: Path, at: int, asked: _Asked, said: _Said) -> tuple[list[Checked], RunConfig]:
     name = said.name(at, trial_name(path))
-    layout = _layout(path, asked.variable)
+    layout = layout_of(path, asked.variable)
     means = _mapped_file(path, layout, asked)
     config = _config(path.name, means, means.coordinate)
     catalogue = replace(config.catalogue(), folder=path.parent, layout=layout)
@@ -353,21 +349,6 @@ def _mapped_file(path: Path, layout: FileFormat, asked: _Asked) -> Mapped:
         return mapped(table, asked.columns, asked.units, asked.rate_hz, asked.coordinate)
     except RecordingError as error:
         raise type(error)(f"{path}: {error}") from error
-
-
-def _layout(path: Path, variable: str | None) -> FileFormat:
-    """The layout that a text file's own lines show; of another file the table asked for, or the only structure."""
-    if path.is_file() and READERS.get(suffix_of(path)) is read_text:
-        if variable is not None:
-            raise RecordingError(f"variable is {variable!r}, but {path} is text with one table; leave variable out")
-        return propose_layout(path)
-    if variable is None and suffix_of(path) == ".mat":
-        inner = tables_in(path)
-        if len(inner) > 1 and "" not in inner:
-            listed = ", ".join(map(repr, inner[:TABLES_SHOWN])) + (" and others" if len(inner) > TABLES_SHOWN else "")
-            raise RecordingError(f"{path} holds the tables {listed}; say which, as in variable={inner[0]!r}")
-        variable = (inner[0] or None) if inner else None
-    return FileFormat(variable=variable)
 
 
 def _config(file: str, means: Mapped | None, coordinate: str) -> RunConfig:

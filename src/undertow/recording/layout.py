@@ -69,7 +69,10 @@ def pick(path: Path, names: Sequence[Column], wanted: Sequence[Column] | None) -
 def _place(path: Path, names: Sequence[Column], column: Column) -> int:
     found = [at for at, name in enumerate(names) if name == column]
     if len(found) > 1:
-        raise RecordingError(f"{path} has {len(found)} columns named {column!r}; set header: none and give its number")
+        raise RecordingError(
+            f"{path} has {len(found)} columns named {column!r}; rename all but one, or set header: none, skip one row "
+            "more, and give its number"
+        )
     if found:
         return found[0]
     have = ", ".join(str(name)[:40] for name in names[:30])

@@ -17,7 +17,7 @@ from undertow.errors import RecordingError
 from undertow.recording.channels import ChannelSpec, TimeSpec
 from undertow.recording.layout import Column
 from undertow.recording.recording import BESIDE, CHANNELS, COORDINATES, INPUTS, Coordinate
-from undertow.recording.units import is_unit_of, si_unit
+from undertow.recording.units import factor_to_si, is_unit_of, si_unit
 
 _BASE = r"^(base|shak\w*table|table|ground|floor|foundation|support)"
 _WATER = r"^(water|wave(?![ _-]?maker)|fluid|orbital|particle)"
@@ -202,6 +202,23 @@ def two_without_names(table: pd.DataFrame, channel: str = "displacement") -> Pro
     )
     channels = {channel: ChannelSpec((where,), unit)}
     return Proposal(TimeSpec(clock, "s"), channels, remarks=(said,), doubts=(said,))
+
+
+def strange_unit(table: pd.DataFrame) -> str:
+    """That a column named like a displacement has a unit in brackets that no quantity has, in a sentence; empty where
+    none has.
+
+    >>> strange_unit(pd.DataFrame({"x [foo]": [0.0]})).partition(";")[0]
+    "displacement: unit 'foo' is not known"
+    """
+    for column in table.columns:
+        stem, unit = name_and_unit(column)
+        if unit and not is_unit(unit) and re.search(_NAMES["displacement"], stem.strip(), re.IGNORECASE):
+            try:
+                factor_to_si(unit, "displacement")
+            except RecordingError as error:
+                return f"{error} (column {column!r})"
+    return ""
 
 
 def counts_rows(column: pd.Series) -> bool:

@@ -63,6 +63,7 @@ PLAIN = FileFormat()
 
 _PACKED = (".zip", ".7z", ".rar", ".tar", ".tgz")
 _PICKLED = (".pkl", ".pickle", ".npy", ".npz", ".joblib")
+_SHEETS = (".xls", ".ods")
 _ADVICE = {
     ".xls": "save it as .xlsx",
     ".ods": "save it as .xlsx or CSV",
@@ -142,6 +143,8 @@ def never_read(path: Path) -> str:
     suffix = suffix_of(path)
     if suffix in _PACKED:
         return "is an archive, and no archive is opened; unpack it"
+    if suffix in _SHEETS:
+        return f"{suffix} has no reader; {_ADVICE[suffix]}"
     return f"{suffix} can carry code and is never read; save it as CSV, MAT or HDF5" if suffix in _PICKLED else ""
 
 

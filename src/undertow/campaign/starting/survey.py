@@ -21,7 +21,7 @@ from undertow.recording.channels import ChannelSpec, TimeSpec
 from undertow.recording.layout import FileFormat
 from undertow.recording.links import refused
 from undertow.recording.patterns import Patterns
-from undertow.recording.propose import Proposal
+from undertow.recording.propose import Proposal, strange_unit
 from undertow.recording.propose_file import propose_file
 from undertow.recording.propose_layout import NO_TABLE
 from undertow.recording.propose_response import ResponseProposal
@@ -111,8 +111,9 @@ def survey(folder: Path, looked: Looked = lambda done, of: None) -> Survey:
             sets.append((name, seen.layout, seen.response))
             continue
         if not seen.complete or seen.proposal.time is None:
-            unread.append((name, "no column is named like a displacement or velocity and one like time"))
-            lacks[name] = what_lacks(folder / name, seen.table, seen.layout, seen.proposal)
+            strange = strange_unit(seen.table)
+            unread.append((name, strange or "no column is named like a displacement or velocity and one like time"))
+            lacks[name] = "" if strange else what_lacks(folder / name, seen.table, seen.layout, seen.proposal)
             if seen.proposal.time is not None and seen.proposal.channels:
                 parts[name] = _reading(seen.layout, seen.proposal.time, seen.proposal), seen.proposal.doubts
             continue
@@ -148,7 +149,7 @@ def _reading(layout: FileFormat, time: TimeSpec, proposal: Proposal) -> Reading:
 def _blamed(unread: Sequence[tuple[str, str]], lacks: Mapping[str, str]) -> list[tuple[str, str]]:
     """The file to begin with and why it is not read: one with a table where there is any, not a text without one."""
     first = sorted(unread, key=lambda one: (one[0] not in lacks, NO_TABLE in one[1]))[:1]
-    return [(name, f"{why}; {lacks[name]}" if name in lacks else why) for name, why in first]
+    return [(name, f"{why}; {lacks[name]}" if lacks.get(name) else why) for name, why in first]
 
 
 def _files(folder: Path) -> list[str]:

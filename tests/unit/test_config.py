@@ -152,6 +152,8 @@ def test_without_dry_trials_no_trial_is_dry(tmp_path: Path, dry: str) -> None:
          r"unknown key 'stiffness' in specimen.scatter; it may have c \(Viscous damping, 1 sigma over i"),
         ("mass_kg: 2637.4", "mass_kg: 2637.4\n  scatter: 0.004",
          r"specimen.scatter is 0.004 but should be keys with values; it may have c .*, k \(Stiffness, .* 0.4 %\), mu"),
+        ("name: small", "name: small\nidentify: []", r"identify is \[\] but should have at least 1 of them"),
+        ("name: small", "name: small\nidentify: [sindyy]", r"^config.yaml line 2: identify.0 is .* 'output_error'$"),
         ("name: small\n", "", "the config has no 'name'; it is needed"),
         ("unit: mm", "unit: furlongz", r"line 6: displacement: unit 'furlongz' is not known"),
         ("unit: mm", "unit: deg", r"line 6: .*set equation\.coordinate to rotation"),

@@ -229,7 +229,7 @@ def test_nan_outside_the_window_is_left_out_and_counted(folder: Path) -> None:
 
 def test_a_window_beside_the_record_is_refused(folder: Path) -> None:
     entry, said = one(folder, rows())
-    with pytest.raises(RecordingError, match=r"window 8.5 to None s holds none of the samples"):
+    with pytest.raises(RecordingError, match=r"window from 8.5 s on holds none of the samples"):
         read_trial(replace(entry, window=TimeWindow(8.5)), said)
 
 

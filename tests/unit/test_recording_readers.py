@@ -6,6 +6,7 @@ import gzip
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import scipy.io
 
@@ -203,3 +204,12 @@ def test_an_array_that_is_no_matrix_of_real_numbers_is_refused(tmp_path: Path, v
     scipy.io.savemat(tmp_path / "r.mat", {"data": value})
     with pytest.raises(RecordingError, match=r"'data' holds a .* array .*, not numbers"):
         read_table(tmp_path / "r.mat", FileFormat(variable="data"))
+
+
+@pytest.mark.parametrize("kind", ["csv", "xlsx"])
+def test_a_row_of_units_that_holds_numbers_is_a_row_of_data(tmp_path, kind):
+    """It was taken for units, and the first sample was lost."""
+    table, file = pd.DataFrame({"t": [0.0, 0.1, 0.2, 0.3], "x": [1.0, 0.9, 0.7, 0.4]}), tmp_path / f"r1.{kind}"
+    table.to_csv(file, index=False) if kind == "csv" else table.to_excel(file, index=False)
+    with pytest.raises(RecordingError, match=r"the row of units holds numbers \(0(.0)?, 1(.0)?\); set unit_row"):
+        read_table(file, FileFormat(unit_row=True))

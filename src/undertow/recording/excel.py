@@ -20,6 +20,7 @@ from undertow.recording.foreign import parsing
 from undertow.recording.layout import DECIMALS, Column, FileFormat, pick
 from undertow.recording.limits import LIMITS, Limits
 from undertow.recording.stamps import STAMPED
+from undertow.recording.text import must_be_units
 from undertow.recording.vectors import chosen_table
 
 EXCEL = (".xlsx", ".xlsm")
@@ -66,6 +67,7 @@ def read_excel(path: Path, layout: FileFormat, columns: Sequence[Column] | None)
     frame.attrs[STAMPED] = tuple(names[at] for at in chosen if any(isinstance(cell, _STAMPS) for cell in cells[at]))
     if layout.unit_row:
         units = _texts(above[-1], width)
+        must_be_units(path, units)
         frame.attrs["units"] = {names[at]: units[at] for at in chosen}
     return frame
 

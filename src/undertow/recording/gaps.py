@@ -59,11 +59,17 @@ def complete(
     return time[stays], {name: values[stays] for name, values in kept.items()}, tuple(notes)
 
 
+def _limits(window: TimeWindow) -> str:
+    if window.end_s is None:
+        return f"from {window.start_s} s on"
+    return f"until {window.end_s} s" if window.start_s is None else f"{window.start_s} to {window.end_s} s"
+
+
 def must_hold_samples(inside: Mask, time: Array, window: TimeWindow, key: str = "trials.window") -> None:
     """RecordingError where a window, of this key of the config, holds none of the samples."""
     if not inside.any():
         raise RecordingError(
-            f"the window {window.start_s} to {window.end_s} s holds none of the samples, which are at {time[0]:g} to "
+            f"the window {_limits(window)} holds none of the samples, which are at {time[0]:g} to "
             f"{time[-1]:g} s; correct {key}"
         )
 

@@ -144,6 +144,7 @@ def table_of(path: Path, content: bytes, layout: FileFormat, columns: Sequence[C
     table.attrs[STAMPED] = tuple(names[at] for at in chosen if _holds_stamps(frame[at]))
     if layout.unit_row:
         units = _fields(path, head.above[-1], separator)
+        must_be_units(path, units, mark)
         table.attrs["units"] = {names[at]: units[at] for at in chosen if at < len(units)}
     return table
 
@@ -211,6 +212,15 @@ def _check_header(path: Path, head: Sequence[str], layout: FileFormat) -> None:
     if head and all(is_number(field, layout.decimal) for field in head if field):
         raise RecordingError(
             f"{path}: the header line holds numbers ({', '.join(head[:4])}); set header: none, columns by number"
+        )
+
+
+def must_be_units(path: Path, units: Sequence[str], decimal: str = ".") -> None:
+    """A row of units that holds numbers is one of data: taking it for units would lose a sample silently."""
+    if any(units) and all(is_number(unit, decimal) for unit in units if unit):
+        raise RecordingError(
+            f"{path}: the row of units holds numbers ({', '.join(units[:4])}); set unit_row: false, or skip_rows so "
+            "that the row of names is the first"
         )
 
 

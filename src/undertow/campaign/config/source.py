@@ -151,6 +151,10 @@ def sentences(source: Source, errors: Sequence[ErrorDetails], schema: Mapping[st
             said.append(f"{source.place(location[:-1])}: {above} has no {location[-1]!r}; it is needed")
         else:
             rule = error["msg"].removeprefix("Value error, ").removeprefix("Input ")
+            if error["type"] == "too_short":
+                if _within(location, errors):
+                    continue  # entries that are none were not counted
+                rule = f"should have at least {error['ctx']['min_length']} of them"
             if error["type"] in ("model_type", "dict_type", "dataclass_type"):
                 known = listed_keys(properties(schema, location))
                 rule = f"should be keys with values{f'; it may have {known}' if known else ''}"
@@ -158,6 +162,11 @@ def sentences(source: Source, errors: Sequence[ErrorDetails], schema: Mapping[st
             hint = "" if mended is None else f"; write {mended:.10g}, without quotes"
             said.append(f"{source.place(location)}: {name} is {_shown(error['input'])} but {rule}{hint}")
     return list(dict.fromkeys(said))
+
+
+def _within(location: Location, errors: Sequence[ErrorDetails]) -> bool:
+    """Whether something within this place is wrong as well."""
+    return any(len(one["loc"]) > len(location) and one["loc"][: len(location)] == location for one in errors)
 
 
 def _parted_number(data: Any, location: Location) -> str | None:

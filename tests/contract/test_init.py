@@ -425,7 +425,7 @@ def test_why_no_column_says_where_the_body_is(tmp_path: Path, header: str, said:
 
 def test_an_old_spreadsheet_is_said_to_be_left_out_with_what_to_save_it_as(tmp_path: Path) -> None:
     (tmp_path / "r1.xls").write_bytes(b"\xd0\xcf")
-    with pytest.raises(ConfigError, match=r"\(1 file looked at\); r1.xls: .xls has no reader; save it as .xlsx"):
+    with pytest.raises(ConfigError, match=r"\(1 file looked at\); r1.xls: no reader for '.xls'; save it as .xlsx"):
         start(tmp_path)
 
 

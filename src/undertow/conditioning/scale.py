@@ -44,11 +44,12 @@ def out_of_scale(motions: Sequence[Motion]) -> tuple[str, ...]:
 def driven_out_of_scale(trials: Sequence[DrivenTrial], coordinate: Coordinate = "translation") -> tuple[str, ...]:
     """The same of bodies that are driven, by the rate at which half of a record's power is faster; the largest of each.
 
+    >>> import numpy as np
     >>> t = np.arange(0.0, 10.0, 0.01)
     >>> trial = DrivenTrial("r1", t, np.sin(9.0 * t), {"displacement": 30.0 * np.sin(9.0 * t)})
     >>> [said] = driven_out_of_scale([trial])
     >>> said.partition(":")[0]
-    'trial r1 moves by 30 m with 244 g, more than 100'
+    'trial r1 moves by 30 m with 237 g, more than 100'
     """
     moved = [one for one in trials if OUTPUTS[0] in one.outputs]
     sizes = {one.name: float(np.max(np.abs(one.outputs[OUTPUTS[0]]))) for one in moved}

@@ -144,7 +144,7 @@ def never_read(path: Path) -> str:
     if suffix in _PACKED:
         return "is an archive, and no archive is opened; unpack it"
     if suffix in _SHEETS:
-        return f"{suffix} has no reader; {_ADVICE[suffix]}"
+        return f"no reader for {suffix!r}; {_ADVICE[suffix]}"
     return f"{suffix} can carry code and is never read; save it as CSV, MAT or HDF5" if suffix in _PICKLED else ""
 
 

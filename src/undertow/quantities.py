@@ -16,7 +16,7 @@ from types import MappingProxyType
 from typing import Any, Literal, cast
 
 OK = "ok"
-_PLAIN_BELOW = 1e7
+_PLAIN_BELOW, _WRITTEN_OUT_BELOW = 1e7, 1e9
 """A number without an error is written without a power of ten below this."""
 
 
@@ -182,7 +182,15 @@ NEGLIGIBLE = 1e-6
 
 def format_estimate(estimate: Estimate) -> str:
     """``value ± noise (noise) ± systematic (systematic) unit``, digits as the larger error allows; a pure number has
-    no unit, one that was held where it is (an error of rounding alone) no noise."""
+    no unit, one that was held where it is (an error of rounding alone) no noise; from a milliard on a power of ten.
+
+    >>> print(Estimate(2.16e12, 1.7e11, unit="N/m^5"))
+    (2.16 ± 0.17) × 10^12 N/m^5
+    """
+    if estimate.unit not in ("", "1") and _WRITTEN_OUT_BELOW <= abs(estimate.value) < math.inf:
+        power = math.floor(math.log10(abs(estimate.value)))
+        text = format_estimate(estimate.scaled(10.0**-power, ""))
+        return f"{f'({text})' if '±' in text else text} × 10^{power} {estimate.unit}"
     fixed = 0.0 < estimate.stderr < abs(estimate.value) / 10.0**DIGITS_AT_MOST
     errors = (math.nan if fixed else estimate.stderr, estimate.systematic)
     text = format_number(estimate.value, max((e for e in errors if math.isfinite(e)), default=math.nan))

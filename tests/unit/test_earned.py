@@ -595,8 +595,8 @@ def test_a_description_must_be_more_likely_than_what_was_excluded_too():
         (0.045, {}, 30.0, ""),
         (0.06, {}, 30.0, ""),
         (0.08, {}, 30.0, "unseen trials come no closer than 8.0 %, where repetitions differ by 5.0 %"),
-        (math.nan, {}, 30.0, "no trial that it never saw proves it"),
-        (0.045, {"assumed": "nobody repeated it"}, 30.0, "no trial that it never saw proves it"),
+        (math.nan, {}, 30.0, "it has no unseen trial that would prove it"),
+        (0.045, {"assumed": "nobody repeated it"}, 30.0, "how much repetitions differ was not measured"),
         (math.nan, {}, 2.0, ""),
     ],
 )
@@ -836,6 +836,20 @@ def test_nothing_is_said_to_be_water_in_air(dry, words):
 def test_a_number_hardly_above_its_own_error_is_not_said(size, words):
     numbers = {"relaxation": [{"stiffness_N_per_m": Estimate(size, 3.0, unit="N/m")}]}
     assert words in sentence_of(case(), ["relaxation"], [], numbers, 0.01, math.nan, False, ())
+
+
+def test_numbers_in_a_sentence_have_names():
+    two_pi = Estimate(2.0 * math.pi, 0.01, unit="rad/s")
+    resonator = {
+        "mass_kg": Estimate(45.0, 1.2, unit="kg"), "natural_frequency_rad_per_s": two_pi,
+        "damping_ratio": Estimate(0.04, 0.001),
+    }  # fmt: skip
+    yields = Estimate(0.02, 0.001, unit="m")
+    joint = {"stiffness_N_per_m": Estimate(5e10, 3e9, unit="N/m"), "yield_displacement_m": yields}
+    found = {"hidden_resonator": [resonator], "hysteresis": [joint]}
+    said = sentence_of(case(), list(found), [], found, 0.01, math.nan, False, ())
+    assert "a mass of 45.0 ± 1.2 kg at 1.0000 ± 0.0016 Hz, damping 4 % of critical; " in said
+    assert "; (5.0 ± 0.3) × 10^10 N/m, yield displacement 0.0200 ± 0.0010 m." in said
 
 
 def test_an_error_within_repeatability_is_not_said_to_be_missed_beyond_it():

@@ -359,7 +359,9 @@ def _described(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, reach: C
     because = (
         f"unseen trials come no closer than {limit}, where repetitions differ by {percent(case.allowed)}"
         if measured
-        else "no trial that it never saw proves it, beside repetitions that were measured"
+        else "how much repetitions differ was not measured, beside which alone unseen trials prove it"
+        if math.isfinite(unseen)
+        else "it has no unseen trial that would prove it"
     )
     proved = measured and closer and unseen <= PROVED * case.allowed
     statistic = "free run of unseen trials over repeatability, where more than noise is left"

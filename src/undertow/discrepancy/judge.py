@@ -36,7 +36,7 @@ from undertow.discrepancy.decision import evidence, posterior
 from undertow.discrepancy.dry_check import dry_answer
 from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, of_several_causes, without_answer
 from undertow.discrepancy.findings import AugmentedRun
-from undertow.discrepancy.naming import next_test, other_sets
+from undertow.discrepancy.naming import deciding_test, number_words, other_sets
 from undertow.discrepancy.sentence import changing_words, late_words, sentence_of, transfer_words
 from undertow.discrepancy.transfer import from_other_springs
 from undertow.discrepancy.validation import (
@@ -214,22 +214,22 @@ def _verdict(
             _correlations(case, diagnosis),
         ),
         physical_check=_physics(case, found),
-        next_test=next_test(names[0]),
+        next_test=deciding_test(names, rivals),
         transfer=moved,
         sentence=sentence_of(case, names, rivals, found, training, held, rest, known, own, bool(_left(diagnosis, case)))
         + changing_words(fit.addends) + transfer_words(moved)
         + (late_words(fit.addends) if len(names) == 1 and not rest else "")
-        + (_biased(diagnosis) if diagnosis.named else "") + ("" if rest else _left(diagnosis, case)),
+        + (_biased(case, diagnosis) if diagnosis.named else "") + ("" if rest else _left(diagnosis, case)),
     )
 
 
-def _biased(diagnosis: LevelDiagnosis) -> str:
+def _biased(case: Case, diagnosis: LevelDiagnosis) -> str:
     """Which number of the equation would be wrong without what is named, in words, where that may be why it counts."""
     before, after = diagnosis.null.fit, diagnosis.best.fit
     name, away = after.moved(before)
     if before.misfit > FAR_ABOVE_NOISE or away <= COUNTS_IN_STDERR:
         return ""
-    said = name.partition("@")[0].removesuffix("_mean")
+    said = number_words(name, case.member.model.coefficients)
     return f" What would be wrong without it: {said}, by {away:.2g} of its standard errors."
 
 

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from undertow.comparison.suspects import SUSPECTS
 from undertow.discrepancy.words import spelled
 from undertow.equation.registry import row
+from undertow.likelihood.group import Coefficient
 
 FOUND_ELSEWHERE: Mapping[str, str] = {
     "clipping": "a sensor cut off at the end of its range", "unknown": "something that nobody knows",
@@ -18,6 +19,9 @@ FOUND_ELSEWHERE: Mapping[str, str] = {
     "support_compliance": "a support of the springs that gives way",
 }  # fmt: skip
 """Words of what a verdict can name, or call not testable, without a search for it."""
+
+
+_OF_THE_STRUCTURE: Mapping[str, str] = {"k": "stiffness", "c": "viscous damping", "mu": "friction"}
 
 
 def in_words(name: str, of_water: bool = True, alone: bool = False) -> str:
@@ -38,6 +42,17 @@ def in_words(name: str, of_water: bool = True, alone: bool = False) -> str:
     return said or spelled(name)
 
 
+def number_words(name: str, coefficients: Iterable[Coefficient] = ()) -> str:
+    """A number of an equation that a fit found, a spring's or a mean of dry trials, by the law that has it.
+
+    >>> number_words("mu_mean@short"), number_words("exponent@short")
+    ('friction', 'exponent')
+    """
+    number = name.partition("@")[0]
+    law = next((c.term for c in coefficients if c.name == number), "")
+    return spelled(law) or _OF_THE_STRUCTURE.get(number.removesuffix("_mean"), spelled(number))
+
+
 def other_sets(names: Sequence[str], sets: Iterable[Sequence[str]]) -> tuple[tuple[str, ...], ...]:
     """Sets that say something else than ``names``, each once, with each of its names once: what dry trials cannot tell
     apart may stand beside the very law that water shows.
@@ -52,3 +67,15 @@ def next_test(name: str) -> str:
     """The test that would show an effect plainly; empty where none is known."""
     law = row(name)
     return law.next_test if law is not None else next((s.next_test for s in SUSPECTS if s.name == name), "")
+
+
+def deciding_test(names: Sequence[str], rivals: Iterable[Sequence[str]]) -> str:
+    """The test that would show the first name plainly; of rivals those that tell apart what they differ in.
+
+    >>> deciding_test(["linear_damping"], [["relaxation"]]).partition("; and ")[2]
+    'the same releases on another spring: memory depends on frequency, damping does not'
+    """
+    sets = [names, *rivals]
+    apart = [n for n in dict.fromkeys(name for one in sets for name in one) if not all(n in one for one in sets)]
+    tests = dict.fromkeys(test for name in apart or names[:1] if (test := next_test(name)))
+    return "; and ".join([*tests][:2])

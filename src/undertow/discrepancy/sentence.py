@@ -12,7 +12,7 @@ from undertow.comparison.clock import changes
 from undertow.comparison.level import Addend
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.naming import in_words
-from undertow.discrepancy.words import either, least_sets, percent, spelled
+from undertow.discrepancy.words import either, least_sets, percent, quantity_of, spelled
 from undertow.quantities import Estimate
 
 EXPLAINS, DESCRIBES, CLOSEST = (
@@ -130,12 +130,14 @@ def _numbers(found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> str:
                 continue
             if "natural_frequency_rad_per_s" in one:
                 hertz = one["natural_frequency_rad_per_s"].scaled(1.0 / (2.0 * math.pi), "Hz")
-                texts.append(f"{one['mass_kg']} at {hertz}, damping {100 * one['damping_ratio'].value:.2g} %")
+                ratio = f"damping {100 * one['damping_ratio'].value:.2g} % of critical"
+                texts.append(f"a mass of {one['mass_kg']} at {hertz}, {ratio}")
                 more = one.get("quadratic_damping_per_m")
                 if more is not None and more.value > 2.0 * more.stderr:
                     texts[-1] += " and more with amplitude"
             elif "kernel_mass_kg" in one:
                 texts.append(f"{one['c_Ns_per_m']} at this body's frequency; at other frequencies it differs")
             else:
-                texts.append(", ".join(str(e) for e in one.values()))
+                first, *inner = one.items()
+                texts.append(", ".join([str(first[1]), *(f"{quantity_of(name)} {e}" for name, e in inner)]))
     return "; ".join(texts)

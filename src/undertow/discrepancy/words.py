@@ -13,8 +13,10 @@ from collections.abc import Mapping, Sequence
 
 from undertow.recording.recording import Condition
 
-_UNIT_SUFFIXES = {unit.lower(): unit for unit in ("m", "mm", "cm", "s", "Hz", "deg", "kg", "N", "rad")}
-"""Units that a condition's name may end in, as in water_depth_m."""
+_UNIT_SUFFIXES = {unit.lower(): unit for unit in ("m", "mm", "cm", "s", "Hz", "deg", "kg", "N", "rad", "rpm")} | {
+    "m_s": "m/s", "m_per_s": "m/s", "mps": "m/s", "km_h": "km/h", "percent": "%", "pct": "%", "degc": "°C",
+}
+"""Units that a condition's name may end in, as in water_depth_m and wind_m_s."""
 
 
 SAID_AT_MOST = 10.0
@@ -51,16 +53,32 @@ def spelled(identifier: str) -> str:
     return with_names(identifier.replace("_", " "))
 
 
+_PER = r"_per_(?:rad|m|s|kg)\d?(?:_s\d)?"
+UNIT_AT_END = re.compile(rf"(?<=[a-z\d])_(?:rad|Hz|kg|N|Ns|Ns2|Ns3|m|s)\d?(?:{_PER})?$|{_PER}$|_N_sp_per_mp$")
+"""A unit at the end of a parameter's name: it stands beside the number instead."""
+
+
+def quantity_of(parameter: str) -> str:
+    """What a parameter of the contract is, without the unit in its name.
+
+    >>> quantity_of("yield_displacement_m"), quantity_of("frequency_rad_per_s"), quantity_of("exponent")
+    ('yield displacement', 'frequency', 'exponent')
+    """
+    return spelled(UNIT_AT_END.sub("", parameter))
+
+
 def split_unit(column: str) -> tuple[str, str]:
     """A condition's name in words and the unit at its end, if it has one.
 
-    >>> split_unit("water_depth_m"), split_unit("spring")
-    (('water depth', 'm'), ('spring', ''))
+    >>> split_unit("water_depth_m"), split_unit("wind_m_s"), split_unit("spring")
+    (('water depth', 'm'), ('wind', 'm/s'), ('spring', ''))
     """
-    words, _, last = column.rpartition("_")
-    if words and last.lower() in _UNIT_SUFFIXES:
-        return words.replace("_", " "), _UNIT_SUFFIXES[last.lower()]
-    return column.replace("_", " "), ""
+    words = column.split("_")
+    for first in range(1, len(words)):  # the longest ending that is a unit
+        unit = _UNIT_SUFFIXES.get("_".join(words[first:]).lower())
+        if unit is not None and any(words[:first]):
+            return " ".join(words[:first]), unit
+    return " ".join(words), ""
 
 
 def condition_words(column: str, value: Condition) -> str:
@@ -97,7 +115,7 @@ def percent(share: float) -> str:
     number beyond `SAID_AT_MOST`.
 
     >>> percent(0.4012), percent(0.0436), percent(0.0031), percent(2.2e6), percent(3e-37)
-    ('40 %', '4.4 %', '0.31 %', 'more than 1000 %', 'less than 1e-06 %')
+    ('40 %', '4.4 %', '0.31 %', 'more than 1000 %', 'less than 0.000001 %')
     """
     if not math.isfinite(share):
         return "-"
@@ -105,7 +123,7 @@ def percent(share: float) -> str:
         return f"more than {100.0 * SAID_AT_MOST:.0f} %"
     value = 100.0 * share
     if 0.0 < value < SAID_AT_LEAST:
-        return f"less than {SAID_AT_LEAST:g} %"
+        return f"less than {SAID_AT_LEAST:f} %"
     if value >= 10.0 or value == 0.0:
         return f"{value:.0f} %"
     return f"{value:.1f} %" if value >= 1.0 else f"{value:.2g} %"

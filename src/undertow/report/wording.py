@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from undertow.comparison.limits import LEAST_P
-from undertow.discrepancy.words import spelled, with_names
+from undertow.discrepancy.words import UNIT_AT_END, quantity_of, spelled, with_names
 from undertow.quantities import OK, Estimate, format_estimate, unit_in_rotation
 from undertow.report.numbers import PLAIN_BELOW, plain_number, power_of_ten, printed_unit, with_powers_raised
 
@@ -74,10 +74,6 @@ _NAMES: Mapping[str, Name] = {
 }
 _ORDER = tuple(_NAMES)
 
-_PER = r"_per_(?:rad|m|s|kg)\d?(?:_s\d)?"
-_UNIT_AT_END = re.compile(rf"(?<=[a-z\d])_(?:rad|Hz|kg|N|Ns|Ns2|Ns3|m|s)\d?(?:{_PER})?$|{_PER}$|_N_sp_per_mp$")
-"""A unit at the end of a parameter's name: it stands beside the number instead."""
-
 _UNIT_ALONE, _OF_A_LAW = re.compile(r"(?:Ns?\d?)?"), ("friction force", "viscous damping")
 """What is left of the name of a law's only parameter, as N_per_m3; or what it is called in another law."""
 
@@ -96,7 +92,7 @@ def parameter_name(parameter: str) -> Name:
     if separator:
         known = parameter_name(base)
         return Name(f"{known.words} per mass", f"{known.symbol}/M" if known.symbol else "")
-    return Name(spelled(_UNIT_AT_END.sub("", parameter)).replace(".", ": ").replace("kernel ", "waves' "))
+    return Name(quantity_of(parameter).replace(".", ": ").replace("kernel ", "waves' "))
 
 
 def ordered_parameters(names: Iterable[str]) -> list[str]:
@@ -168,7 +164,7 @@ def values_in_words(values: Mapping[str, float], beside: str = "") -> str:
 
 def _unit_in(name: str) -> str:
     """The unit at the end of a parameter's name; empty where there is none."""
-    found = _UNIT_AT_END.search(name)
+    found = UNIT_AT_END.search(name)
     return found.group()[1:].replace("_per_", "/") if found else ""
 
 

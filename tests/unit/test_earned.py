@@ -849,7 +849,7 @@ def test_numbers_in_a_sentence_have_names():
     found = {"hidden_resonator": [resonator], "hysteresis": [joint]}
     said = sentence_of(case(), list(found), [], found, 0.01, math.nan, False, ())
     assert "a mass of 45.0 ± 1.2 kg at 1.0000 ± 0.0016 Hz, damping 4 % of critical; " in said
-    assert "; (5.0 ± 0.3) × 10^10 N/m, yield displacement 0.0200 ± 0.0010 m." in said
+    assert "; (5.00 ± 0.30) × 10^10 N/m, yield displacement 0.0200 ± 0.0010 m." in said
 
 
 def test_an_error_within_repeatability_is_not_said_to_be_missed_beyond_it():

@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 
 SLOTS = (
     *("M", "c", "k", "fc", "q"),  # inertia, viscous damping, stiffness, friction force, drag
-    *("c3", "d", "p"),  # cubic damping; drag d |v|^p sign(v)
+    *("c3", "d", "p", "ca", "qa"),  # cubic damping; drag d |v|^p sign(v); what differs with the direction: |v|, v^2
     *("k2", "k3", "k5", "ks"),  # springs: x^2, x^3, x^5, sin(x)
     *("fs", "vs", "fa", "n", "xb"),  # Stribeck force and speed, one-sided friction, normal force with |x|, presliding
     *("hm", "hw", "hz", "hb", "hg"),  # resonator: mass, rate, damping ratio, quadratic damping, cubic stiffness
@@ -99,6 +99,8 @@ def _laws(p: Mapping[str, float], x0: float, hold: float) -> tuple[Law, ...]:
         (p["my"], Law(codes.SUPPORT, (p["k"], p["my"], p["cy"], p["ky"]), (given, 0.0), (size, speed))),
         (p["c3"], Law(codes.CUBIC, (p["c3"],))),
         (p["d"], Law(codes.POWER, (p["d"], p["p"]))),
+        (p["ca"], Law(codes.EVEN, (p["ca"], 1.0))),
+        (p["qa"], Law(codes.EVEN, (p["qa"], 2.0))),
         (p["k2"] or p["k3"] or p["k5"], Law(codes.STIFF, (0.0, p["k2"], p["k3"], p["k5"]))),
         (p["ks"], Law(codes.SINE, (p["ks"],))),
         (p["fs"], Law(codes.STRIBECK, (p["fs"], p["vs"]))),

@@ -51,6 +51,8 @@ def test_motion_is_that_of_the_default_campaigns_integrator():
     ("term", "numbers", "slots"),
     [
         (registry.find("cubic_damping"), 900.0, {"c3": 900.0}),
+        (registry.find("asymmetric_damping"), 400.0, {"ca": 400.0}),
+        (registry.find("asymmetric_drag"), -1500.0, {"qa": -1500.0}),
         (registry.find("cubic_stiffness"), 2e7, {"k3": 2e7}),
         (registry.find("quintic_stiffness"), 2e10, {"k5": 2e10}),
         (registry.find("asymmetric_stiffness"), 5e5, {"k2": 5e5}),

@@ -57,6 +57,8 @@ def algebraic_force(code, t, x, v, p, o, swing):
         return -p[o] * v * v * v
     if code == codes.POWER:
         return -p[o] * abs(v) ** p[o + 1] * (1.0 if v > 0 else -1.0)
+    if code == codes.EVEN:
+        return -p[o] * abs(v) ** p[o + 1]
     if code == codes.STIFF:
         return -(p[o] * x + p[o + 1] * x * x + p[o + 2] * x**3 + p[o + 3] * x**5)
     if code == codes.SINE:

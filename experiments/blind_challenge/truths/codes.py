@@ -5,6 +5,7 @@ is added to the Coulomb force. Numbers are in SI; in a rotation read N m, kg m^2
 """
 
 # Algebraic laws of t, x, v: no states.
+EVEN = 0  # d, n: -d |v|^n, whatever the direction
 LINEAR = 1  # c: -c v
 CUBIC = 2  # c3: -c3 v^3
 POWER = 3  # d, n: -d |v|^n sign(v)

@@ -11,7 +11,16 @@ from experiments.blind_challenge import estimates
 from experiments.blind_challenge.judge import GroupResult, holds
 from experiments.calibration.__main__ import TARGET, counted, main, together
 from experiments.calibration.page import Said, by_counts, left_out, measured, verdicts_of
-from undertow.discrepancy.calibration import HIDES, LEFT, STANDS_OUT, Record, conditions_of, kind_of, record_of
+from undertow.discrepancy.calibration import (
+    HIDES,
+    LEFT,
+    STANDS_OUT,
+    Record,
+    conditions_of,
+    kind_of,
+    rather_right,
+    record_of,
+)
 from undertow.discrepancy.verdict import Gate, Verdict
 
 
@@ -58,6 +67,23 @@ def test_a_verdicts_record_is_found_by_the_condition_that_was_counted(left, kind
     said = record_of(Verdict({}, (), status="explained", verdict=("relaxation",), decision=(gate,)))
     assert said is not None
     assert said.kind == kind
+
+
+@pytest.mark.parametrize(
+    ("status", "names", "kept"),
+    [
+        ("unknown", ("relaxation", "stop", "unknown"), False), ("unknown", ("relaxation", "unknown"), True),
+        ("unknown", ("unknown",), True), ("explained", ("relaxation", "stop"), True), ("cannot_tell", (), True),
+    ],
+)  # fmt: skip
+def test_names_that_are_wrong_more_often_than_right_are_not_said(status, names, kept):
+    verdict = Verdict({}, (), status=status, verdict=names, sentence="They come closest.", alternatives=(("stop",),))
+    said = rather_right(verdict)
+    assert (said == verdict) == kept
+    if not kept:
+        assert (said.verdict, said.alternatives) == (("unknown",), ())
+        assert said.sentence.startswith("They come closest. Of such answers with several names 11 of 52 held")
+        assert record_of(said).probability > 0.9
 
 
 def test_the_counts_of_the_package_are_of_a_stated_run():

@@ -30,7 +30,7 @@ from undertow.comparison.support import supported
 from undertow.comparison.suspect import Origin, Suspect
 from undertow.comparison.suspects import SUSPECTS, all_suspects
 from undertow.conditioning.motion import Motion
-from undertow.discrepancy.calibration import record_of
+from undertow.discrepancy.calibration import rather_right, record_of
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import evidence, posterior
 from undertow.discrepancy.dry_check import dry_answer
@@ -107,13 +107,13 @@ def judge_level(
     diagnosis = replace(diagnosis, best=replace(diagnosis.best, fit=fit))
     forced = any(addend.has_its_own_clock for addend in fit.addends)
     said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
-    answers = (
+    answers = [
         of_several_causes(earned(verdict, case, diagnosis, tested, doubled, in_air, reach(cases, case, runs, forced)))
         for verdict, case in zip(said, cases, strict=True)
-    )
+    ]
     verdicts = tuple(_with_evidence(level, *pair, diagnosis, tested) for pair in zip(answers, cases, strict=True))
     labels = tuple(c.member.label for c in cases)
-    if not any(set(diagnosis.best.names) <= set(verdict.verdict) for verdict in verdicts if diagnosis.named):
+    if not any(set(diagnosis.best.names) <= set(answer.verdict) for answer in answers if diagnosis.named):
         # what is not said does not stand in water
         return Judged(verdicts, labels, runs=runs, evidence=evidence_by_name(diagnosis))
     errors = {n: fit.solution.stderr(n) for n in fit.solution.problem.names}
@@ -124,7 +124,7 @@ def judge_level(
 def _with_evidence(level: Level, verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest) -> Verdict:
     """A verdict with the numbers behind it: how often such a verdict holds, its posterior probability, the evidence
     before its other gates, and what the level's own null says."""
-    verdict = replace(verdict, decision=(*evidence(level, case, diagnosis), *verdict.decision))
+    verdict = rather_right(replace(verdict, decision=(*evidence(level, case, diagnosis), *verdict.decision)))
     record = record_of(verdict)
     return replace(
         verdict, posterior=posterior(diagnosis), confidence=record.probability if record else math.nan,

@@ -32,6 +32,8 @@ LAWS = {
     "added_stiffness": {"added_stiffness": 40.0},
     "linear_damping": {"linear_damping": 2.0},
     "cubic_damping": {"cubic_damping": 5.0},
+    "asymmetric_damping": {"asymmetric_damping": 0.6},
+    "asymmetric_drag": {"asymmetric_drag": -4.0},
     "drag_exponent": {"drag_exponent": {"coefficient_N_sp_per_mp": 4.0, "exponent": 1.5}},
     "cubic_stiffness": {"cubic_stiffness": 9000.0},
     "quintic_stiffness": {"quintic_stiffness": 9e5},

@@ -190,8 +190,8 @@ EFFECTS: tuple[Effect, ...] = (
     Effect("gain_error", "instrument", unit_size=0.01),
     Effect("sensor_drift", "instrument", unit_size=0.01),
     Effect("clipping", "instrument", unit_size=0.04),
-    Effect("asymmetric_damping", "water", _add("ca", lambda p, s: p["c"], True), 10.0),
-    Effect("asymmetric_drag", "water", _add("qa", lambda p, s: p["q"], True), 20.0),
+    Effect("asymmetric_damping", "water", _add("ca", lambda p, s: p["c"], True), 1.0),
+    Effect("asymmetric_drag", "water", _add("qa", lambda p, s: p["q"], True), 1.0),
 )
 """Every name. Friction is kept small enough for the smallest release to swing twice. Units of the instruments': seconds
 by which the accelerometer is late; relative gain of the accelerometer; drift of the displacement over the largest

@@ -1,5 +1,4 @@
-"""Laws that a driven body can have beside those of the registry: a constant force, what accelerated
-water does.
+"""Laws that a driven body can have beside those of the registry: a constant force, what accelerated water does.
 
 Belongs here: their rows, and where any law's parameters stand in the driven integrator. Does not belong here: laws that
 decays can hold too (structure.py and its neighbours), hysteresis (driven_hysteresis.py).

@@ -27,6 +27,7 @@ def test_the_paragraph_has_the_law_the_units_and_the_look_of_the_registry(term):
     assert f"`{term.law}`" in text
     assert term.source in text
     assert f"Left out: {term.left_out}." in text
+    assert not term.causes or f"May be: {term.causes}." in text
     for parameter in term.parameters:
         unit = "ratio (1)" if parameter.unit == "1" else parameter.unit
         assert f"`{parameter.name}` in {unit}" in text

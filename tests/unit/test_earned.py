@@ -903,6 +903,17 @@ def test_several_names_explain_it_together_and_come_closest_together():
     assert "explain" not in closest
 
 
+def test_what_is_named_is_a_law_and_the_sentence_says_what_of_the_physics_obeys_it():
+    one, two = ("hidden_resonator",), ("relaxation", "cubic_stiffness")
+    said = sentence_of(case(), one, [], {}, 0.01, math.nan, False, ())
+    assert " This law describes water that sloshes, a load that swings or another mode of the body alike." in said
+    both = sentence_of(case(), two, [], {}, 0.01, math.nan, False, ())
+    assert " These laws describe waves that the body radiates, " in both
+    assert "describe" not in sentence_of(case(), one, [], {}, 0.01, math.nan, True, ())
+    assert "describe" not in sentence_of(case(), ("imperfect_release",), [], {}, 0.01, math.nan, False, ())
+    assert not any("describe" in no_answer("spring short", text, "why") for text in (said, both))
+
+
 def test_a_name_that_leaves_more_describes_and_one_beside_something_else_comes_closest():
     """"Explains it" stood before "the error goes from 33 % to 38 %" and "something else is missing too"."""
     one = (case(), ["relaxation"], [], {}, 0.01, math.nan)

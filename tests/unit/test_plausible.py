@@ -53,6 +53,27 @@ def test_a_number_that_no_body_has_is_doubted(numbers, sentence):
 
 
 @pytest.mark.parametrize(
+    ("drag", "doubted"), [((1.2, 0.1), False), ((1.2, 0.9), True), ((1200.0, 1.0), True), ((0.0012, 1e-4), True)]
+)
+def test_a_body_on_air_is_no_wrong_unit_where_its_drag_shows_the_unit(drag, doubted):
+    """Nine of 1,300 campaigns had a friction of 2e-5 to 9e-5 and were not said to lack nothing."""
+    texts = [text for _, text in implausible(group(mu=(2e-5, 1e-6), drag_coefficient=drag))]
+    assert any("friction coefficient" in text for text in texts) == doubted
+
+
+def test_a_body_on_air_is_no_wrong_unit_where_a_second_channel_shows_the_unit():
+    one = group(mu=(2e-5, 1e-6))
+    assert any("friction coefficient" in text for _, text in implausible(one))
+    trials = []
+    for trial in one.trials:
+        recording = trial.motion.recording
+        channels = {**recording.channels, "acceleration": np.zeros_like(recording.channels["displacement"])}
+        motion = replace(trial.motion, recording=replace(recording, channels=channels))
+        trials.append(replace(trial, motion=motion))
+    assert not any("friction coefficient" in text for _, text in implausible(replace(one, trials=tuple(trials))))
+
+
+@pytest.mark.parametrize(
     ("value", "else_at"), [(-3.0, "the damping and friction of the dry"), (370.0, "the unit of the displacement, area")]
 )
 def test_a_number_outside_its_range_is_no_unit_s_where_the_equation_lacks_something(value, else_at):
@@ -68,6 +89,7 @@ def test_a_number_outside_its_range_is_no_unit_s_where_the_equation_lacks_someth
     [
         {"mu": (0.0, 0.001), "drag_coefficient": (-0.2, 0.5)},
         {"mu": (1e-6, 1e-3)},
+        {"mu": (2e-5, 1e-6), "drag_coefficient": (1.2, 0.1)},
         {"mu": (0.0058, 0.0002), "drag_coefficient": (8.1, 0.1), "added_mass_kg": (1271.0, 12.0)},
         {"added_mass_kg": (-430.0, 20.0)},
         {"mu": (math.nan, math.nan), "drag_coefficient": (500.0, math.nan)},

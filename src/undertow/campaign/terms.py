@@ -43,5 +43,5 @@ def _described(term: type[Term]) -> str:
     units = ", ".join(f"{p.name} [{p.unit}]" for p in term.parameters)
     return (
         f"{term.name}\n  law        {term.law}\n  parameters {units}\n  source     {term.source}\n"
-        f"  left out   {term.left_out}"
+        f"  left out   {term.left_out}" + (f"\n  may be     {term.causes}" if term.causes else "")
     )

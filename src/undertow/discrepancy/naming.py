@@ -21,6 +21,9 @@ FOUND_ELSEWHERE: Mapping[str, str] = {
 """Words of what a verdict can name, or call not testable, without a search for it."""
 
 
+DESCRIBE = ("This law describes", "These laws describe")
+"""What is said of the laws that are named, of one and of several."""
+
 _OF_THE_STRUCTURE: Mapping[str, str] = {"k": "stiffness", "c": "viscous damping", "mu": "friction"}
 
 
@@ -67,6 +70,16 @@ def next_test(name: str) -> str:
     """The test that would show an effect plainly; empty where none is known."""
     law = row(name)
     return law.next_test if law is not None else next((s.next_test for s in SUSPECTS if s.name == name), "")
+
+
+def causes_words(names: Iterable[str]) -> str:
+    """What of the physics moves by the laws that are named, in words: a law is found, not what obeys it.
+
+    >>> causes_words(["hidden_resonator"])
+    ' This law describes water that sloshes, a load that swings or another mode of the body alike.'
+    """
+    said = [law.causes for law in map(row, dict.fromkeys(names)) if law is not None and law.causes]
+    return f" {DESCRIBE[len(said) > 1]} {'; '.join(said)} alike." if said else ""
 
 
 def deciding_test(names: Sequence[str], rivals: Iterable[Sequence[str]]) -> str:

@@ -6,12 +6,13 @@ Belongs here: sentences. Does not belong here: words of names (naming.py), what 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 
 from undertow.comparison.clock import changes
 from undertow.comparison.level import Addend
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.naming import in_words
+from undertow.discrepancy.naming import DESCRIBE, causes_words, in_words
 from undertow.discrepancy.words import either, least_sets, percent, quantity_of, spelled
 from undertow.quantities import Estimate
 
@@ -44,7 +45,8 @@ def sentence_of(
     named = " and ".join(in_words(n, case.in_water) for n in dict.fromkeys(names))
     numbers = _numbers(found)
     verb = (CLOSEST if rest else DESCRIBES if left else EXPLAINS)[len(set(names)) > 1]
-    parts.append(f"{named[0].upper()}{named[1:]}{verb}{': ' if numbers else ''}{numbers}.")
+    alike = "" if rest else causes_words(names)
+    parts.append(f"{named[0].upper()}{named[1:]}{verb}{': ' if numbers else ''}{numbers}.{alike}")
     if known:
         said = " and ".join(spelled(n) for n in known)
         parts.append(f"The dry trials need {said} already: it belongs to the rig, not to the water.")
@@ -91,7 +93,7 @@ def no_answer(label: str, sentence: str, because: str) -> str:
     'dry: nothing that was tried is the answer, what is missing is unknown. The equation misses 5 %. Friction comes \
 closest. It is not the answer: the probability is 3 %.'
     """
-    said = sentence.removeprefix(f"{label}: ")
+    said = re.sub(rf" ({'|'.join(DESCRIBE)}) [^.]* alike\.", "", sentence.removeprefix(f"{label}: "))
     for verb, closest in zip((*EXPLAINS, *DESCRIBES), (*CLOSEST, *CLOSEST), strict=True):
         said = said.replace(verb, closest, 1)
     first = f"{label}: nothing that was tried is the answer, what is missing is unknown."

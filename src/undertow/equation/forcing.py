@@ -35,6 +35,7 @@ class ExternalForcing(Term):
     smooth = "amplitude_N * cos(frequency_rad_per_s * t + phase_rad)"
     source = "wave, seiche or machine"
     left_out = "a line at one frequency in all trials, with another phase in each; it does not decay"
+    causes = "a seiche, waves, wind or a machine"
     own_clock = True
     words = "a force with a clock of its own"
     next_test = "a record of the body at rest, nothing else changed"
@@ -80,6 +81,7 @@ class ChangingForce(ExternalForcing):
     latex = r"A\,(\cos(\Omega t+\varphi)+g\,t\cos(\Omega t+\psi)+h\,t^2\cos(\Omega t+\chi))"
     source = "the envelope of narrow-band noise, Rice 1945, as far as t^2; a seiche that dies out"
     left_out = "a line of some width, with another phase in each trial; it does not go with the motion"
+    causes = "a seiche that dies out, waves or wind"
     missing_as = ExternalForcing.name
     words = "a force with a clock of its own that changes along the record"
     element = ""
@@ -129,6 +131,7 @@ class DelayedEcho(Term):
     latex = r"G\,\dot{x}(t-\tau_e)"
     source = "reflection at the flume's ends"
     left_out = "nothing until the delay has passed, then a disturbance that repeats the motion"
+    causes = "waves that come back from a wall, or water that the body set moving and meets again"
     words = "an echo of the motion that comes back late"
 
     def force(self, x: Array, v: Array, a: Array, t: Array) -> Array:

@@ -97,6 +97,7 @@ class HiddenResonator(Term):
     )
     source = "Graham and Rodriguez 1952, doi:10.1115/1.4010494; Ibrahim 2005, Liquid Sloshing Dynamics"
     left_out = "beats in every trial with the release's phase; an added mass that depends on the spring"
+    causes = "water that sloshes, a load that swings or another mode of the body"
     held_by_kernel = 3
     present_by = "natural_frequency_rad_per_s"
     held_unless_asked = ("quadratic_damping_per_m", "cubic_stiffness_per_m2_s2")
@@ -161,6 +162,7 @@ class Relaxation(Term):
     latex = r"z,\ \dot{z}=k_r\,\dot{x}-z/\tau"
     source = "Maxwell 1867; Cummins 1962 (fluid memory)"
     left_out = "stiffness and damping that depend on frequency: two springs disagree, one spring does not show it"
+    causes = "waves that the body radiates, water that flows through openings or material that creeps"
     held_by_kernel = 2
     present_by = "time_s"
     words = "memory that relaxes"
@@ -203,6 +205,7 @@ class Hysteresis(Term):
     latex = r"r,\ \dot{r}=k_h\,\dot{x}\,(1-\mathrm{sgn}(\dot{x})\,r/(k_h\,x_y))"
     source = "Wen 1976, doi:10.1061/JMCEA3.0002106; Dahl 1968"
     left_out = "loops in force against displacement that do not depend on speed"
+    causes = "joints that slip one after another, rubber, ropes or soil"
     present_by = "yield_displacement_m"
     words = "hysteresis"
     element = "bristles"

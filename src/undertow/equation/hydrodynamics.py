@@ -24,6 +24,7 @@ class AddedMass(Term):
     latex = r"m_a \ddot{x}"
     source = "Morison et al. 1950, doi:10.2118/950149-G; report Eq. 15"
     left_out = "wet trials slower than dry ones by the same ratio at every amplitude"
+    causes = "water that moves along or mass that was not counted"
     is_inertia = True
     linear = True
     of_water = True
@@ -82,6 +83,7 @@ class QuadraticDrag(Term):
     smooth = "drag_Ns2_per_m2 * (v**2 * d)"
     source = "Morison et al. 1950; report Eq. 15"
     left_out = "decrement rises with amplitude in proportion"
+    causes = "flow that separates at edges, or orifices"
     dissipates = True
     of_water = True
     relative_to = "water"
@@ -110,6 +112,7 @@ class LinearDamping(Term):
     smooth = "c_Ns_per_m * v"
     source = "radiation damping, e.g. Newman 1977 ch. 6"
     left_out = "decrement too small by the same amount at every amplitude; a fitted C_d that falls with amplitude"
+    causes = "radiated waves, shear at walls, or any memory much shorter than a period"
     dissipates = True
     of_water = True
     relative_to = "water"
@@ -132,6 +135,7 @@ class CubicDamping(Term):
     smooth = "Ns3_per_m3 * v**3"
     source = "Himeno 1981"
     left_out = "decrement rises with the square of the amplitude"
+    causes = "drag that grows faster than with the square of the speed, or friction that grows with the load"
     dissipates = True
     of_water = True
     relative_to = "water"
@@ -160,6 +164,7 @@ class AsymmetricDamping(Term):
     smooth = "c_Ns_per_m * (v * d)"
     source = "Armstrong-Helouvry et al. 1994, doi:10.1016/0005-1098(94)90209-7"
     left_out = "mean position moves with the amplitude; second harmonic"
+    causes = "a valve that opens one way, or a current past the body"
     words = "damping that differs with the direction of motion"
     next_test = "releases to the other side: what differs with the direction changes sides"
     suspect_of = "water"
@@ -177,6 +182,7 @@ class AsymmetricDrag(Term):
     smooth = "drag_Ns2_per_m2 * v**2"
     source = "drag of bodies that are not alike fore and aft, e.g. Hoerner 1965, Fluid-Dynamic Drag, ch. 3"
     left_out = "mean position moves with the square of the amplitude; second harmonic"
+    causes = "a body that is not alike fore and aft"
     relative_to = "water"
     words = "drag that differs with the direction of motion"
     next_test = "releases to the other side: what differs with the direction changes sides"
@@ -203,6 +209,7 @@ class DragExponent(Term):
     smooth = "coefficient_N_sp_per_mp * Abs(v) ** exponent * d"
     source = "power-law damping, e.g. Elliott et al. 2015, doi:10.1016/j.jsv.2015.05.003"
     left_out = "a drag coefficient that follows a power of the amplitude"
+    causes = "a flow between laminar and turbulent, or drag whose coefficient goes with the amplitude"
     of_water = True
     relative_to = "water"
     words = "drag with another power of the speed"

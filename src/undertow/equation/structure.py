@@ -81,6 +81,7 @@ class CoulombFriction(Term):
     friction = "force_N"
     source = "Coulomb; report Eq. 15"
     left_out = "peaks fall by a constant step a cycle; strongest in the small-amplitude tail"
+    causes = "dry friction of rails, bearings and seals"
     dissipates = True
     structural = "mu"
     published = Published("friction_N", "N", "mu", "normal_force_N")
@@ -111,6 +112,7 @@ class CubicStiffness(Term):
     smooth = "N_per_m3 * x**3"
     source = "Duffing 1918"
     left_out = "frequency shifts with the square of the amplitude; third harmonic"
+    causes = "springs that harden or soften, a support that bends, geometry or buoyancy that changes with displacement"
     pulls_back = True
     words = "stiffness with the cube of the displacement"
     looks_like = "added mass that goes with the amplitude"
@@ -130,6 +132,7 @@ class QuinticStiffness(Term):
     smooth = "N_per_m5 * x**5"
     source = "roll restoring arm, e.g. Himeno 1981"
     left_out = "frequency shifts with the fourth power of the amplitude, at the largest only"
+    causes = "a restoring force that changes at the largest displacements, as stops and sloping sides do"
     pulls_back = True
     words = "stiffness with the fifth power of the displacement"
     looks_like = "added mass that goes with the amplitude"
@@ -149,6 +152,7 @@ class AsymmetricStiffness(Term):
     smooth = "N_per_m2 * x**2"
     source = "Helmholtz oscillator"
     left_out = "mean position moves with the square of the amplitude; second harmonic"
+    causes = "a spring slack to one side, a contact, or buoyancy that differs from side to side"
     words = "a spring stiffer to one side"
     sprung = True
     element = "elastic"
@@ -274,6 +278,7 @@ class StribeckFriction(Term):
     friction = "static_force_N * exp(-((v / velocity_m_per_s) ** 2))"
     source = "Armstrong-Helouvry et al. 1994, doi:10.1016/0005-1098(94)90209-7"
     left_out = "residual only around the turning points; motion stops earlier than predicted"
+    causes = "seals, lubricated bearings, or rails that stick"
     words = "friction that is larger at low speed"
 
 
@@ -306,4 +311,5 @@ class VariableNormalForce(Term):
     friction = "N_per_m * Abs(x)"
     source = "Anderson and Ferri 1990, doi:10.1115/1.2896046"
     left_out = "decrement independent of amplitude, with force kinks at turning points growing with amplitude"
+    causes = "rails that press harder off centre, or hysteresis in proportion to the amplitude"
     words = "friction that grows with displacement"

@@ -114,7 +114,8 @@ class Term:
 
     ``words`` are what a sentence says where it is missing; ``words_unplaced`` where nobody knows that the water does
     it, ``words_alone`` where there are neither dry trials nor water; ``next_test`` what would show it plainly,
-    ``looks_like`` what of the water looks much like it, where it is there in water alone.
+    ``looks_like`` what of the water looks much like it, where it is there in water alone; ``causes`` what of the
+    physics moves by the same law, as far as free decays tell.
     ``suspect_of`` says where the effect belongs when it is looked for without a record of its own among the suspects
     (empty: it is not looked for), ``element`` what stands for it in OpenSees. ``several_causes`` says that it is the
     shape of what more than one cause leaves: it is described, and what is missing stays unknown.
@@ -157,6 +158,7 @@ class Term:
     words_alone: ClassVar[str] = ""
     next_test: ClassVar[str] = ""
     looks_like: ClassVar[str] = ""
+    causes: ClassVar[str] = ""
     suspect_of: ClassVar[Literal["", "water", "structure", "outside"]] = ""
     element: ClassVar[Element] = ""
     several_causes: ClassVar[bool] = False

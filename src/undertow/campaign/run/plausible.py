@@ -69,6 +69,16 @@ RANGES: Mapping[str, Plausible] = {
 }
 """Numbers without a unit: a roller bearing has 1e-4, rubber 2; a streamlined body 0.01, a plate in small motion 100."""
 
+BESIDE = frozenset({"acceleration", "velocity", "spring_force"})
+"""Channels that a displacement in a wrong unit contradicts."""
+
+ON_AIR = 1e-7
+"""Smallest friction coefficient of what floats on air or a knife's edge, where the displacement's unit is shown by a
+second channel or by a drag coefficient as bodies have it."""
+
+ORDINARY_DRAG = (0.1, 30.0)
+"""Drag coefficients that no displacement a thousand times too large or small leaves."""
+
 NEGATIVE = "the damping and friction of the dry trials, which it may make up for"
 """What to look at where a number that only takes energy gives it: no unit turns a sign."""
 
@@ -170,7 +180,8 @@ def implausible(
     if group.verdict.status == "explained" and mended is not None:
         numbers = {name: mended.parameters.get(name, number) for name, number in numbers.items()}
     lacks = group.verdict.status in LACKING
-    found = [_outside(one, numbers[name], lacks) for name, one in RANGES.items() if name in numbers]
+    ranges = {**RANGES, "mu": _friction(group, numbers)}
+    found = [_outside(one, numbers[name], lacks) for name, one in ranges.items() if name in numbers]
     mass = group.specimen.mass_kg
     if "added_mass_kg" in numbers and math.isfinite(mass) and mass > 0.0:
         found.append(_outside(ADDED_MASS, numbers["added_mass_kg"].scaled(1.0 / mass, "1")))
@@ -183,6 +194,16 @@ def implausible(
     if damped := _damped(numbers):
         doubts.append(("damping", damped))
     return (*doubts, *(("unit", text) for text in out_of_scale([t.motion for t in group.trials])))
+
+
+def _friction(group: GroupFindings, numbers: Mapping[str, Estimate]) -> Plausible:
+    """The range of a friction coefficient: nothing is too small where something else shows the displacement's unit."""
+    drag = numbers.get("drag_coefficient")
+    low, high = ORDINARY_DRAG
+    ordinary = drag is not None and low < drag.value - ERRORS * drag.total_stderr
+    shown = drag is not None and ordinary and drag.value + ERRORS * drag.total_stderr < high
+    beside = group.trials and all(BESIDE & set(t.motion.recording.channels) for t in group.trials)
+    return replace(RANGES["mu"], lower=ON_AIR) if shown or beside else RANGES["mu"]
 
 
 def _outside(allowed: Plausible, found: Estimate, lacks: bool = False) -> str:

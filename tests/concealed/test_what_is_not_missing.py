@@ -231,6 +231,19 @@ def test_nor_before_a_turn_that_is_the_stop_itself():
     assert np.count_nonzero(found) < 20
 
 
+def test_nor_where_it_stops_and_noise_turns_after_it():
+    """One sample at a stop, which lay 27 standard errors off, was a forcing at odds of 10^117."""
+    one = member("short", SHORT, 4300).motions[0]
+    t = np.linspace(0.0, 3.0, 3001)
+    v = np.cos(math.pi * t)  # turns at .5, 1.5 s, stops at 2.2 s
+    noise = 1e-4 * np.sin(2.0 * math.pi * 17.0 * t)
+    v = np.where(t < 2.2, v * np.where(t > 1.5, np.clip((2.2 - t) / 0.4, 0.0, 1.0), 1.0), noise)
+    cells = np.arange(0.01, 3.0, 0.02)
+    found = turning(replace(one, t=t, v=v), cells, 0.02)
+    assert np.all(found[np.abs(cells - 2.17) < 0.025])
+    assert not np.any(found[(cells > 1.6) & (cells < 2.0)])
+
+
 def test_which_number_an_effect_moves_most_is_said():
     hidden = ((registry.find("linear_damping"), 150.0),)
     level = make_level([member("short", SHORT, 4300, hidden)])

@@ -68,21 +68,25 @@ def turning(motion: Motion, cells: Array, width_s: float) -> np.ndarray:
         return np.zeros(cells.size, dtype=bool)
     after = np.searchsorted(turns, cells).clip(0, turns.size - 1)
     away = np.minimum(np.abs(turns[after] - cells), np.abs(turns[np.maximum(after - 1, 0)] - cells))
-    return np.asarray((away <= near) | _slow_at_the_end(motion, cells, _last_well_before(turns, float(cells[-1]))))
+    return np.asarray((away <= near) | _slow_at_the_end(motion, cells, *_last_swing(turns, float(cells[-1]) + near)))
 
 
-def _last_well_before(turns: Array, end: float) -> float:
-    """The last turn a quarter of a period before the end: a later one may be where the body stops for good."""
-    quarter = 0.5 * float(np.median(np.diff(turns))) if turns.size > 1 else 0.0
-    before = turns[turns <= end - quarter]
-    return float(before[-1] if before.size else turns[0])
+def _last_swing(turns: Array, end: float) -> tuple[float, float]:
+    """The last turn that a swing follows, and when it ends: at the next turn, or with the record. A swing lasts a
+    quarter of a period or more, half of what most of the time is in: after a body has stopped, noise turns often."""
+    lasts = np.diff(np.append(turns, end))
+    ordered = np.sort(lasts)
+    usual = float(ordered[np.searchsorted(np.cumsum(ordered), 0.5 * np.sum(ordered)).clip(0, ordered.size - 1)])
+    swings = np.flatnonzero(lasts >= 0.5 * usual)
+    last = int(swings[-1]) if swings.size else 0
+    return float(turns[last]), float(turns[last] + lasts[last])
 
 
-def _slow_at_the_end(motion: Motion, cells: Array, turn: float) -> np.ndarray:
-    """Cells after the last turn and after the swing's top speed, at less than `SLOW` of that."""
+def _slow_at_the_end(motion: Motion, cells: Array, turn: float, end: float) -> np.ndarray:
+    """Cells between the last swing's top speed and its end, at less than `SLOW` of that."""
     speed = np.abs(np.interp(cells, motion.t, motion.v))
-    swing = np.flatnonzero(cells > turn)
+    swing = np.flatnonzero((cells > turn) & (cells <= end))
     if not swing.size:
         return np.zeros(cells.size, dtype=bool)
     top = swing[int(np.argmax(speed[swing]))]
-    return np.asarray((np.arange(cells.size) > top) & (speed < SLOW * speed[top]))
+    return np.asarray((np.arange(cells.size) > top) & (cells <= end) & (speed < SLOW * speed[top]))

@@ -5,6 +5,7 @@
     python -m experiments blind_challenge peers --out runs/blind
     python -m experiments blind_challenge measure --out runs/blind   # strengths of cases drawn before, stated anew
     python -m experiments blind_challenge score --out runs/blind --page docs/blind_challenge.md
+    python -m experiments blind_challenge ablate --out runs/blind --first 200 --page docs/ablations.md
     python -m experiments blind_challenge all --small
 
 `--small` is a slice of six quick cases, of which the lightest is run. The set `test` is for frozen revisions: run it
@@ -30,7 +31,7 @@ PEER_ROWS = "peers.jsonl"
 def arguments(line: list[str]) -> argparse.Namespace:
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("command", choices=("generate", "measure", "run", "peers", "score", "all"))
+    parser.add_argument("command", choices=("generate", "measure", "run", "peers", "score", "ablate", "all"))
     parser.add_argument(
         "--out", type=Path, default=Path("runs/blind"), help="folder of the challenge; default runs/blind"
     )
@@ -43,6 +44,7 @@ def arguments(line: list[str]) -> argparse.Namespace:
         "--shares", help='numbers of each kind, such as {"nothing": 700, "one": 200}; they are scaled to --cases'
     )
     parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--first", type=int, default=200, help="how many cases `ablate` decides again; default 200")
     parser.add_argument("--only", nargs="*", help="run these cases alone, such as c0003 c0017")
     parser.add_argument(
         "--frequency",
@@ -135,6 +137,30 @@ def judge(args: argparse.Namespace) -> None:
     print(f"{len(rows)} rows scored; page in {target}")
 
 
+def take_away(args: argparse.Namespace) -> None:
+    """Run the first cases as they are and with something taken away, and write what each was worth."""
+    from experiments.blind_challenge import ablate, score
+    from experiments.blind_challenge.run_cases import read_rows, run
+
+    laboratory, out = args.out / "laboratory", args.out / "ablations"
+    cases = sorted(p.name for p in laboratory.iterdir() if p.is_dir())[: args.first]
+    cases = [case for case in cases if args.only is None or case in args.only]
+    out.mkdir(parents=True, exist_ok=True)
+    whole = out / ROWS
+    run(laboratory, whole, ROOT, args.jobs, cases)
+    rows = read_rows(whole)
+    before = score.load(rows, args.out / "sealed")
+    found = {}
+    for what, folder in ablate.prepare(laboratory, out, cases, ablate.suspects_of(rows)).items():
+        run(folder, folder.parent / ROWS, ROOT, args.jobs)
+        found[what] = ablate.beside(before, score.load(read_rows(folder.parent / ROWS), args.out / "sealed"))
+    revisions = sorted({str(row["revision"]) for row in rows})
+    target = args.page or args.out / "ablations.md"
+    marks = {"seed": rows[0]["seed"], "cases": len(cases), "revisions": revisions}
+    target.write_text(ablate.page(found, marks), encoding="utf-8")
+    print(f"{len(cases)} cases decided again; page in {target}")
+
+
 def main(line: list[str] | None = None) -> int:
     """Run one command; 0 when done."""
     args = arguments(sys.argv[1:] if line is None else line)
@@ -142,7 +168,9 @@ def main(line: list[str] | None = None) -> int:
         args.seed, args.cases = SMALL_SEED if args.seed is None else args.seed, SMALL
         if args.command == "all":
             args.out = Path(tempfile.mkdtemp(prefix="blind_challenge_"))
-    commands = {"generate": make, "measure": state_again, "run": execute, "peers": beside, "score": judge}
+    commands = {
+        "generate": make, "measure": state_again, "run": execute, "peers": beside, "score": judge, "ablate": take_away,
+    }  # fmt: skip
     for name in ("generate", "run", "score") if args.command == "all" else (args.command,):
         if name == "run" and args.small and args.only is None:
             args.only = [lightest(args.out / "laboratory")]

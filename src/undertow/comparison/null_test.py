@@ -45,7 +45,7 @@ from undertow.comparison.score_stack import Scored, Stack
 from undertow.comparison.score_test import GridPlace, Stands, places, reweighed, scaled_inverse
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY, Sizes
 from undertow.comparison.suspect import Suspect
-from undertow.comparison.tail import Histogram, Tail
+from undertow.comparison.tail import Histogram, Tail, wilks
 from undertow.recording.recording import Array
 
 DRAWS = 1000
@@ -187,7 +187,8 @@ def null_test(
         return NullTest(math.nan)
     stack = Stack.of(stands, every)
     sizes = Sizes.on(level, stands, _reported(null))
-    scored = _scored(level, stack, sizes, left_by(null, closest), np.random.default_rng(level.trials))
+    left = left_by(null, closest)
+    scored = _scored(level, stack, sizes, left, np.random.default_rng(level.trials))
     sound = [c for c in found if (c.aside or not c.out) and _looked_at(level, c)]
     alone = {p.label: [c.fit for c in sound if [s.label for s in c.suspects] == [p.label]] for p in every}
     together = {n: [c.fit for c in sound if len(c.suspects) == n] for n in {len(c.suspects) for c in sound} - {0, 1}}
@@ -198,7 +199,8 @@ def null_test(
     fitted = {label: gain for label, gain in fitted.items() if label in shown}
     sets = {n: _fitted_gain(null, fits) for n, fits in together.items()}
     most = (1.0 + free_run_error(level, before)) * sizes.allowed
-    return replace(_ranked(scored, stack, sizes, fitted, sets, levels), most=most)
+    noise = min(sum(float(r @ r) for r in left) / sum(r.size for r in left), 1.0)
+    return replace(_ranked(scored, stack, sizes, fitted, sets, levels, noise), most=most)
 
 
 def _looked_at(level: Level, candidate: Candidate) -> bool:
@@ -238,9 +240,11 @@ def _ranked(
     fitted: Mapping[str, float],
     sets: Mapping[int, float],
     levels: int,
+    noise: float = 1.0,
 ) -> NullTest:
     """The test from scored places; ``fitted`` are gains by label that a fit has shown, ``sets`` the same of so many
-    suspects together: of a replica the sum of its largest counts."""
+    suspects together: of a replica the sum of its largest counts. No gain is rarer among replicas than the likelihood
+    itself has it (`wilks`, ``noise`` its mean square): of what priors alone tell they may be too much alike."""
     by_label = {label: [s for s in scored if s.place.label == label] for label in fitted}
     largest = {label: np.max([s.gains for s in own], axis=0) for label, own in by_label.items()}
     observed = {label: max(fitted[label], *(s.gain for s in own)) for label, own in by_label.items()}
@@ -251,6 +255,8 @@ def _ranked(
     least = _least(every, weights)
     gains = observed | {str(n): gain for n, gain in sets.items()}
     mine = {n: min(float(tails[n].log_p(np.array([gain]))[0]) - weights[n], 0.0) for n, gain in gains.items()}
+    for label, own in by_label.items():
+        mine[label] = max(mine[label], wilks(observed[label] / noise, own[0].place.width))
     together = Tail.of(-least)
     p_value = math.exp(float(together.log_p(np.array([-min(mine.values())]))[0]))
     threshold = -together.quantile(limit(levels))

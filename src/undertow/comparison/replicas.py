@@ -176,7 +176,7 @@ def replicas(
     width = believed_widths(level, solution)
     moved = width[:, None] * rng.standard_normal((width.size, draws))
     for symbol, factor in _scatter_factors(level, draws, rng).items():
-        mine = [i for i, u in enumerate(unknowns) if u.name.startswith(f"{symbol}[")]
+        mine = [i for i, u in enumerate(unknowns) if u.name.startswith((f"{symbol}[", f"{symbol}_mean@"))]
         moved[mine] *= factor
     spectra = _spectra(solution, noise)
     out = []

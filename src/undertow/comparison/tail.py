@@ -6,9 +6,11 @@ Belongs here: that distribution. Does not belong here: what is simulated (replic
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import chdtrc
 
 from undertow.recording.recording import Array
 
@@ -26,6 +28,16 @@ WIDEST = 100.0
 UNSEEN, FALL_UNSEEN = 0.5, 1.0
 """Where no replica exceeds the start, for most are alike (a law that may only add has no gain in them): half a replica
 is taken to, and the mean excess to be that of half a squared standard normal number, as sure as one value tells."""
+
+
+def wilks(gain: float, width: int) -> float:
+    """Logarithm of the probability that so many coefficients of nothing gain as much log likelihood: half of a
+    chi-squared number (Wilks 1938, doi:10.1214/aoms/1177732360).
+
+    >>> round(math.exp(wilks(1.92, 1)), 3), wilks(0.0, 2)
+    (0.05, 0.0)
+    """
+    return math.log(max(float(chdtrc(width, 2.0 * max(gain, 0.0))), sys.float_info.min))
 
 
 @dataclass(frozen=True)

@@ -144,6 +144,18 @@ def widened(level: Level, best: Candidate, suspect: Suspect, found: Candidate | 
     return found
 
 
+def anew(level: Level, best: Candidate, found: Candidate) -> Candidate:
+    """What was found of a law, or the same from its starts in growing windows with everything else free, where that
+    comes closer: what stands makes good for a strong law that it lacks, and from there a fit may end beside it."""
+    level, suspect = replace(level, shared_water=found.fit.shared_water), found.suspects[-1]
+    starts = suspect.starts(level.scales)[:REFINED]
+    fit = _nearer(*(_in_windows(level, best, suspect, start) for start in starts))
+    fit = None if fit is None else _refined(level, fit)
+    if fit is None or fit.criterion >= found.fit.criterion - SAME_END:
+        return found
+    return replace(found, fit=fit, out=doubt(level, fit, best.fit, best.out))
+
+
 def _closer(
     level: Level, best: Candidate, found: Candidate, start: Candidate, additions: tuple[Addition, ...]
 ) -> Candidate:

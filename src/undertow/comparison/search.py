@@ -53,7 +53,8 @@ class _Search(Trying):
             near = self.error <= 1.0 and self.best.fit.misfit <= FAR_ABOVE_NOISE
             if depth and (near or len(self.best.suspects) == MOST_EFFECTS):
                 break
-            tried = self._at_own_memory(self._as_far_as_possible(depth), depth)
+            tried = self._as_far_as_possible(depth)
+            tried = self._at_own_memory(tried if depth else self._anew(tried), depth)
             self.found += tried
             possible = sorted((c for c in tried if not c.out), key=lambda c: -c.score)
             probable = [c for c in possible if c.score > self.best.score + ODDS]
@@ -150,14 +151,15 @@ class _Search(Trying):
     def _hiding_beside(self) -> tuple[Candidate, float] | None:
         """A law of the body that hides beside an answer as close as repetitions, with the free run's error: beside a
         resonator near the body's rate a dashpot is drag, and less added mass. One that the free run alone had set aside
-        is such a law too."""
+        is such a law too; one whose numbers mean nothing may have led the answer itself out of a bad place."""
         enough = self.error <= 1.0 and self.best.fit.misfit <= FAR_ABOVE_NOISE
         if not enough or not 0 < len(self.best.suspects) < MOST_EFFECTS:
             return None
-        self.found += self._spending(1, [s for s in self.suspects if s.of_the_body], False)
+        beside = self._spending(1, [s for s in self.suspects if s.of_the_body], False)
+        self.found += beside
         able = [c for c in self.found if c.score > self.best.score + OVERWHELMING and hides(self.best, c)]
         ahead = max(able, key=lambda c: c.score, default=None)
-        return None if ahead is None else (ahead, free_run_error(self.level, ahead.fit))
+        return self._without_one(beside, ODDS) if ahead is None else (ahead, free_run_error(self.level, ahead.fit))
 
     def _two_that_leave_noise(self) -> tuple[Candidate, float] | None:
         """Two effects that explain nearly all, with the free run's error, where one leaves more, however close to the

@@ -16,7 +16,7 @@ from undertow.comparison.candidate import RIVAL_ODDS, Candidate, Screened
 from undertow.comparison.joining import log_prior, may_join
 from undertow.comparison.joint import free_run_error, missed_share
 from undertow.comparison.level import Level
-from undertow.comparison.limits import WORTH
+from undertow.comparison.limits import FAR_ABOVE_NOISE, WORTH
 from undertow.comparison.score_test import GridPlace, Stands, peaks, places
 from undertow.comparison.suspect import Suspect
 from undertow.likelihood.budget import BudgetError, metered
@@ -39,6 +39,9 @@ ODDS = math.log(RIVAL_ODDS)
 LEAST_GAIN = 5.0
 """A linear step that raises the log evidence by less cannot lead to a name: half of what one needs. What a missing law
 leaves swings for long; judged at half its memory (`_at_own_memory`) the step is worth more."""
+
+NO_MORE_THAN_NOISE = 1.2
+"""Mean squared residual over noise up to which nothing is left to be found by another start."""
 
 ON_TOP = 0.25
 """Share of a level's budget that suspects without evidence of their own may spend beside an answer."""
@@ -96,6 +99,23 @@ class Trying:
                 self._not_tried("further effects")
         self.left[asked_for] = max(self.left[asked_for] - meter.spent, 0.0)
         return tried
+
+    def _anew(self, tried: Sequence[Candidate]) -> list[Candidate]:
+        """Single suspects of which none leaves no more than noise, where the prescribed equation leaves far more: plain
+        laws also from starts that owe nothing to it, the most probable first, until the budget ends."""
+        found = list(tried)
+        closest = min((c.fit.misfit for c in found), default=0.0)
+        if self.null.fit.misfit <= FAR_ABOVE_NOISE or closest <= NO_MORE_THAN_NOISE:
+            return found
+        able = [i for i, c in enumerate(found) if c.suspects[-1].is_plain_law]
+        with metered(self.left[True]) as meter:
+            try:
+                for i in sorted(able, key=lambda i: -found[i].score):
+                    found[i] = attempt.anew(self.level, self.null, found[i])
+            except BudgetError:
+                self._not_tried("strong laws from starts of their own")
+        self.left[True] = max(self.left[True] - meter.spent, 0.0)
+        return found
 
     def _tried(self, depth: int, suspects: Sequence[Suspect]) -> Iterator[Candidate]:
         near = self.best.fit.misfit <= NEAR or missed_share(self.level, self.best.fit) <= LINEAR

@@ -541,6 +541,15 @@ def test_a_description_that_takes_its_own_trials_further_away_is_none_beside_unk
         assert f"It is not the answer: {went}." in said.sentence
 
 
+@pytest.mark.parametrize(("names", "held"), [(("gain_error",), True), (("linear_damping", "gain_error"), False)])
+def test_no_free_run_of_the_displacement_speaks_against_a_sensor(names, held):
+    named = replace(NAMED, verdict=names, augmented=Described(0.061, math.nan))
+    found = diagnosis(True, best=candidate("gain_error", 20.0, frees="acceleration_gain"))
+    said = judged(named, case(), found, True)
+    assert (said.status == "explained") == held
+    assert ("comes_closer" in [gate.gate for gate in said.decision]) != held
+
+
 @pytest.mark.parametrize("status", ["explained", "not_identifiable", "unknown"])
 def test_a_name_that_leaves_no_more_than_noise_is_kept_where_its_own_trials_go_further_away(status):
     rest = ("unknown",) if status == "unknown" else ()

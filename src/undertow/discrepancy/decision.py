@@ -23,6 +23,7 @@ from undertow.comparison.limits import FAR_ABOVE_NOISE, OVERWHELMING, WORTH
 from undertow.comparison.null_test import NullTest
 from undertow.comparison.sizes import COUNTS_IN_REPEATABILITY
 from undertow.comparison.support import MORE_LIKELY, support
+from undertow.comparison.suspects import SUSPECTS
 from undertow.discrepancy.alone import one_alone
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.dry_check import CERTAIN, DryAnswer
@@ -265,9 +266,10 @@ def _upper_bound(case: Case, tested: NullTest) -> Gate:
 def _comes_closer(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tuple[Gate, ...]:
     """Whether what is named carries over to the trials that it never saw, and describes those that it was fitted to: a
     description with which they are further away than without is none, also beside what is unknown; a name that leaves
-    no more than noise of them stays beside it, since repetitions alone may differ by as much."""
+    no more than noise of them stays beside it. Of an accelerometer no free run of the displacement says anything."""
     named = [spelled(name) for name in dict.fromkeys(verdict.verdict) if name != "unknown"]
-    if not named or verdict.augmented is None:
+    beside = {"unknown", *(s.name for s in SUSPECTS if s.frees.startswith("acceleration"))}
+    if {*verdict.verdict} <= beside or verdict.augmented is None:
         return ()
     names, own, unseen = " and ".join(named), case.baseline.nrmse, case.baseline.held_out_nrmse
     statistic = f"free run further away, unseen trials in repeatabilities, any in {percent(WORSE_SHARE)} of the motion"
@@ -277,8 +279,7 @@ def _comes_closer(verdict: Verdict, case: Case, diagnosis: LevelDiagnosis) -> tu
 
     went = f"with {names} the trials it was fitted to go from {percent(own)} to {percent(verdict.augmented.nrmse)}"
     further = (verdict.augmented.nrmse - own) / WORSE_SHARE
-    to_the_noise = diagnosis.best.fit.misfit <= FAR_ABOVE_NOISE  # with what the dry trials need, where nothing is named
-    lacking = "unseen" if to_the_noise else "further"
+    lacking = "unseen" if diagnosis.best.fit.misfit <= FAR_ABOVE_NOISE else "further"  # with what the dry trials need
     found = [gate(further, went, lacking, EVERY)] if math.isfinite(further) else []
     after = verdict.augmented.held_out_nrmse
     if diagnosis.named and math.isfinite(unseen) and math.isfinite(after) and unseen > 0.0:

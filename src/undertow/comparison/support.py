@@ -9,6 +9,7 @@ Belongs here: that probability and that rest. Does not belong here: the search (
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, probability, rivals_of
@@ -33,13 +34,18 @@ class Support:
 def support(diagnosis: LevelDiagnosis) -> Support:
     """How probable the answer is among everything that was fitted, what was excluded for its numbers included.
 
-    A set that holds what is said does not speak against it. What was set aside because the free run hardly shows it is
-    no better answer than one that it shows."""
-    said = [Counter(names) for names in (diagnosis.best.names, *diagnosis.rivals)]
+    A set that holds what is said does not speak against it, nor does one with bristles for hysteresis, whose loop they
+    have. What was set aside because the free run hardly shows it is no better answer than one that it shows."""
+    loops = {s.without_sliding: s.name for c in diagnosis.candidates for s in c.suspects if s.without_sliding}
+
+    def alike(names: Iterable[str]) -> Counter[str]:
+        return Counter(loops.get(name, name) for name in names)
+
+    said = [alike(names) for names in (diagnosis.best.names, *diagnosis.rivals)]
     names = {tuple(sorted(names)) for names in (diagnosis.best.names, *diagnosis.rivals)}
     considered = [c for c in diagnosis.candidates if not c.aside or tuple(sorted(c.names)) in names]
     sets = {tuple(sorted(c.amounts_to)): c for c in considered}
-    holds = {n for n in sets if any(one <= Counter(n) for one in said)}
+    holds = {n for n in sets if any(one <= alike(n) for one in said)}
 
     def of(these: set[tuple[str, ...]]) -> tuple[float, Candidate]:
         """How probable some of the sets are, and the most probable of the others."""
@@ -47,7 +53,7 @@ def support(diagnosis: LevelDiagnosis) -> Support:
         others = (c for c in considered if tuple(sorted(c.amounts_to)) not in these)
         return likely, max(others, key=lambda c: c.score, default=diagnosis.null)
 
-    return Support(*of(holds), *of({n for n in holds if any(one == Counter(n) for one in said)}))
+    return Support(*of(holds), *of({n for n in holds if any(one == alike(n) for one in said)}))
 
 
 def supported(diagnosis: LevelDiagnosis) -> LevelDiagnosis:

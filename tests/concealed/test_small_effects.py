@@ -616,12 +616,15 @@ def test_a_law_that_hides_is_more_probable_by_a_million_takes_the_rest_and_moves
         return SimpleNamespace(suspects=(found("hidden_resonator"),), score=score, fit=fit, out=out, aside=aside)
 
     hidden = one(score, misfit, out, aside)
+    led, asked = [one(280.0, 1.0, "it is 0.8 standard errors from zero")], []
     state = SimpleNamespace(
-        level=None, best=one(219.0, 2.162), error=0.8, suspects=(), found=[hidden], _spending=lambda *_: []
+        level=None, best=one(219.0, 2.162), error=0.8, suspects=(), found=[hidden], _spending=lambda *_: led,
+        _without_one=lambda tried, least: asked.append((tried, least)),
     )
     ahead = search._Search._hiding_beside(state)
     assert (ahead == (hidden, 0.4)) is named
     assert (ahead is None) is not named
+    assert asked == ([] if named else [(led, search.ODDS)])  # what led the answer out of a bad place goes again
     state.best.fit.misfit = 2.6  # far above noise: the search has gone on already
     assert search._Search._hiding_beside(state) is None
 

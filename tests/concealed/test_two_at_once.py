@@ -138,7 +138,7 @@ def test_a_second_law_is_looked_for_where_the_first_leaves_more_than_noise_thoug
 
 
 def test_a_dashpot_that_hides_beside_water_near_the_bodys_rate_is_named_and_drag_is_right(monkeypatch):
-    """A resonator alone is as close as repetitions are and leaves 1.3 times the noise, with 2.5 times the drag."""
+    """A resonator alone is as close as repetitions are and leaves 1.3 times the noise, with 1.6 times the drag."""
     resonator = registry.find("hidden_resonator", natural_frequency_rad_per_s=11.0, damping_ratio=0.01)
     hidden = ((resonator, 60.0), (registry.find("linear_damping"), 300.0))
     level = make_level([replace(member("short", (0.02, 0.03, 0.04), 6300, hidden), allowed=0.08)])
@@ -151,7 +151,7 @@ def test_a_dashpot_that_hides_beside_water_near_the_bodys_rate_is_named_and_drag
     alone = diagnose(level, suspects).best
     assert alone.names == ("hidden_resonator",)
     assert alone.fit.misfit < 1.5
-    assert alone.fit.value("drag_coefficient") > 3.0
+    assert alone.fit.value("drag_coefficient") > 2.2
 
 
 def test_what_has_no_evidence_alone_is_tried_beside_an_answer_that_is_near():

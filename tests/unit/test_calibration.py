@@ -82,7 +82,7 @@ def test_names_that_are_wrong_more_often_than_right_are_not_said(status, names, 
     assert (said == verdict) == kept
     if not kept:
         assert (said.verdict, said.alternatives) == (("unknown",), ())
-        assert said.sentence.startswith("They come closest. Of such answers with several names 11 of 52 held")
+        assert said.sentence.startswith("They come closest. Of such answers with several names 20 of 74 held")
         assert record_of(said).probability > 0.9
 
 

@@ -13,13 +13,7 @@ from undertow.comparison.support import MORE_LIKELY, support, supported
 def fitted(names: str, score: float, out: str = "", aside: bool = False) -> SimpleNamespace:
     """A set of laws by name, with its score and a reason against its numbers."""
     each = tuple(names.split("+")) if names else ()
-    suspects = tuple(
-        SimpleNamespace(
-            name=n, like=(), plain=False, swings=False, overdamped_as="",
-            without_sliding="bristles" if n == "loops" else "",
-        )
-        for n in each
-    )  # fmt: skip
+    suspects = tuple(SimpleNamespace(name=n, like=(), plain=False, swings=False, overdamped_as="") for n in each)
     return SimpleNamespace(
         suspects=suspects, names=each, amounts_to=each, score=score, out=out, aside=aside,
         fit=SimpleNamespace(values={}),
@@ -57,8 +51,8 @@ def test_an_answer_that_is_more_likely_than_not_is_kept():
 
 
 def test_bristles_do_not_speak_against_the_loops_that_they_have():
-    both, first = fitted("echo+loops", 100.0), fitted("echo", 50.0)
-    excluded = fitted("echo+bristles", 102.2, "bristles are 1.6 standard errors from zero")
+    both, first = fitted("echo+hysteresis", 100.0), fitted("echo", 50.0)
+    excluded = fitted("echo+presliding", 102.2, "presliding is 1.6 standard errors from zero")
     said = diagnosis(both, first, excluded)
     assert support(said).likely == pytest.approx(1.0)
     assert supported(said) is said

@@ -13,11 +13,25 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, probability, rivals_of
+from undertow.comparison.suspects import SUSPECTS
 
 MORE_LIKELY = 0.5
 """Probability of a name, alone or beside more, among all that was fitted, excluded or not, above which it is said: of 9
 names with less, on campaigns of known truth, 8 were wrong, of 31 with more 3; of descriptions, which leave more than
 noise, 3 of 4 and 3 of 21."""
+
+
+LOOPS = {s.without_sliding: s.name for s in SUSPECTS if s.without_sliding}
+"""What bristles are whose loop stands beside sliding friction."""
+
+
+def alike(names: Iterable[str]) -> Counter[str]:
+    """How often each name stands in a set, bristles as the loop that they have.
+
+    >>> alike(["delayed_echo", "presliding"]) == alike(["hysteresis", "delayed_echo"])
+    True
+    """
+    return Counter(LOOPS.get(name, name) for name in names)
 
 
 @dataclass(frozen=True)
@@ -36,11 +50,6 @@ def support(diagnosis: LevelDiagnosis) -> Support:
 
     A set that holds what is said does not speak against it, nor does one with bristles for hysteresis, whose loop they
     have. What was set aside because the free run hardly shows it is no better answer than one that it shows."""
-    loops = {s.without_sliding: s.name for c in diagnosis.candidates for s in c.suspects if s.without_sliding}
-
-    def alike(names: Iterable[str]) -> Counter[str]:
-        return Counter(loops.get(name, name) for name in names)
-
     said = [alike(names) for names in (diagnosis.best.names, *diagnosis.rivals)]
     names = {tuple(sorted(names)) for names in (diagnosis.best.names, *diagnosis.rivals)}
     considered = [c for c in diagnosis.candidates if not c.aside or tuple(sorted(c.names)) in names]

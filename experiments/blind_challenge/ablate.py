@@ -17,7 +17,7 @@ import pandas as pd
 from ruamel.yaml import YAML
 
 from experiments.blind_challenge.judge import NAMED, CaseResult, confident_wrong
-from experiments.blind_challenge.page import percent, table
+from experiments.blind_challenge.page import READINGS, percent, table
 from experiments.blind_challenge.score import share
 
 HIDDEN_STATES = ("hidden_resonator", "relaxation", "hysteresis", "presliding")
@@ -132,6 +132,7 @@ def page(found: dict[str, Row], marks: Row) -> str:
             ("confident wrong name", "wrong", n["cases"]),
         ):  # fmt: skip
             rows.append((what, label, *(percent(share(one[side][key], of)) for side in ("with", "without"))))
+    read = READINGS / "ablations.md"
     return "\n".join([
         "# What each kind of evidence is worth\n",
         "After this page you know what is lost where a laboratory has one spring alone, no trials in air, or where no "
@@ -142,4 +143,5 @@ def page(found: dict[str, Row], marks: Row) -> str:
         "that have what is taken away; cases that cannot tell are left out. An effect is of any strength, from a third "
         "of what can be seen. What a gate alone turns is in [the blind challenge](blind_challenge.md).\n",
         table(["without", "what", "with it", "without it"], rows),
+        *([read.read_text(encoding="utf-8")] if read.is_file() else []),
     ])  # fmt: skip

@@ -917,7 +917,8 @@ def test_what_is_named_is_a_law_and_the_sentence_says_what_of_the_physics_obeys_
     said = sentence_of(case(), one, [], {}, 0.01, math.nan, False, ())
     assert " This law describes water that sloshes, a load that swings or another mode of the body alike." in said
     both = sentence_of(case(), two, [], {}, 0.01, math.nan, False, ())
-    assert " These laws describe waves that the body radiates, " in both
+    assert " or material that creeps (relaxation) and springs that harden or soften, " in both
+    assert " changes with displacement (cubic stiffness) alike." in both
     assert "describe" not in sentence_of(case(), one, [], {}, 0.01, math.nan, True, ())
     assert "describe" not in sentence_of(case(), ("imperfect_release",), [], {}, 0.01, math.nan, False, ())
     assert not any("describe" in no_answer("spring short", text, "why") for text in (said, both))

@@ -78,8 +78,9 @@ def causes_words(names: Iterable[str]) -> str:
     >>> causes_words(["hidden_resonator"])
     ' This law describes water that sloshes, a load that swings or another mode of the body alike.'
     """
-    said = [law.causes for law in map(row, dict.fromkeys(names)) if law is not None and law.causes]
-    return f" {DESCRIBE[len(said) > 1]} {'; '.join(said)} alike." if said else ""
+    laws = [law for law in map(row, dict.fromkeys(names)) if law is not None and law.causes]
+    said = [f"{law.causes} ({spelled(law.name)})" if len(laws) > 1 else law.causes for law in laws]
+    return f" {DESCRIBE[len(said) > 1]} {' and '.join(said)} alike." if said else ""
 
 
 def deciding_test(names: Sequence[str], rivals: Iterable[Sequence[str]]) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 from undertow.comparison import attempt, explained
@@ -102,18 +103,16 @@ class Trying:
 
     def _anew(self, tried: Sequence[Candidate]) -> list[Candidate]:
         """Single suspects of which none leaves no more than noise, where the prescribed equation leaves far more: plain
-        laws also from starts that owe nothing to it, the most probable first, until the budget ends."""
+        laws also from starts that owe nothing to it, the most probable first, until the budget ends, which is no doubt:
+        all were tried."""
         found = list(tried)
         closest = min((c.fit.misfit for c in found), default=0.0)
         if self.null.fit.misfit <= FAR_ABOVE_NOISE or closest <= NO_MORE_THAN_NOISE:
             return found
         able = [i for i, c in enumerate(found) if c.suspects[-1].is_plain_law]
-        with metered(self.left[True]) as meter:
-            try:
-                for i in sorted(able, key=lambda i: -found[i].score):
-                    found[i] = attempt.anew(self.level, self.null, found[i])
-            except BudgetError:
-                self._not_tried("strong laws from starts of their own")
+        with metered(self.left[True]) as meter, suppress(BudgetError):
+            for i in sorted(able, key=lambda i: -found[i].score):
+                found[i] = attempt.anew(self.level, self.null, found[i])
         self.left[True] = max(self.left[True] - meter.spent, 0.0)
         return found
 

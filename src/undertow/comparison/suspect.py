@@ -141,11 +141,6 @@ class Suspect:
         return self.late > 0.0 or self.moves
 
     @property
-    def is_plain_law(self) -> bool:
-        """Whether it is a law of the body's motion at each instant alone."""
-        return not (self.memory or self.on_a_line or self.late or self.frees or self.moves or self.is_scatter)
-
-    @property
     def moves(self) -> bool:
         """Whether it takes the place of a law that stands (bristles that of sliding friction)."""
         return any(a.moves for a in self.additions(UNIT, 1.0))

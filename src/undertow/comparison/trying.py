@@ -109,7 +109,8 @@ class Trying:
         closest = min((c.fit.misfit for c in found), default=0.0)
         if self.null.fit.misfit <= FAR_ABOVE_NOISE or closest <= NO_MORE_THAN_NOISE:
             return found
-        able = [i for i, c in enumerate(found) if c.suspects[-1].is_plain_law]
+        last = [c.suspects[-1] for c in found]
+        able = [i for i, s in enumerate(last) if s.of_the_body and not (s.memory or s.moves)]
         with metered(self.left[True]) as meter, suppress(BudgetError):
             for i in sorted(able, key=lambda i: -found[i].score):
                 found[i] = attempt.anew(self.level, self.null, found[i])

@@ -85,6 +85,9 @@ def test_groups_that_one_run_lacks_and_cases_that_cannot_tell_are_not_counted():
     half = replace(two, groups=(two.groups[0], case("absent").groups[0]))
     found = ablate.beside([two], [half])
     assert (found["with"]["named"], found["without"]["named"]) == (1, 1)
+    strong = replace(two, groups=(two.groups[0], replace(two.groups[1], strength=9.0)))
+    found = ablate.beside([half], [strong])  # what the first run lacks does not decide the second
+    assert (found["with"]["named"], found["without"]["named"]) == (1, 1)
 
 
 def test_suspects_are_those_that_verdicts_name_or_tried():

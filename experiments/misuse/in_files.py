@@ -78,7 +78,7 @@ MISTAKES = (
          alone("time", "increase|back")),
     Case("time_stamps_doubled", "time was exported with one decimal: ten samples with the same time", bridge,
          everywhere(lambda table: table.assign(t=np.floor(table.t * 10.0) / 10.0)),
-         (Stop(("time", "increase|same|repeat|duplicate"), frozenset({1, 2})),)),
+         (Stop(("time", "increase|same|repeat|duplicate|coarser"), frozenset({1, 2})),)),
     Case("decimal_comma", "the index came from a spreadsheet, `t01.csv;long;1,63`, and the config says nothing of it",
          bridge, _decimal_comma, (Stop(("1,63|decimal|separator",)), Right(numbers=ADDED_MASS))),
     Case("same_file_twice", "the index names one recording in two rows", bridge,

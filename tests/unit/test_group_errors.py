@@ -324,3 +324,24 @@ def test_a_law_of_the_water_that_is_another_does_not_move_the_mass_off_all_trial
     found = undertow.fit(water, [*names, "quadratic_drag"], dry=dry, mass_kg=180.0)
     assert found.parameters.loc["added_mass_kg", "value"] == pytest.approx(45.0, abs=6.0)
     assert any("the equation lacks something" in doubt for doubt in found.doubts)  # as many times the noise as before
+
+
+def test_damping_of_the_structure_and_of_the_water_keep_their_own_numbers():
+    _, fits, wet = trials()
+    structure = structure_from(fits, pooled_scatter([fits]))
+    water = Specimen(tables.STRUCTURE_MASS_KG, area_m2=tables.REFERENCE_AREA_M2, submerged_volume_m3=0.0)
+    model = group_model((*TERMS, find("linear_damping")), wet, water, structure, dry=False, anchored=True)
+    fit = fit_group(model, wet, OPTIONS)
+    found = dict(zip((t.name for t in fit.equation().terms), fit.equation().coefficients, strict=True))
+    assert found["viscous_damping"] == structure.c.value
+    assert found["linear_damping"] == pytest.approx(fit.estimates["linear_damping_c_Ns_per_m"].value)
+    theta = model.theta(fit.values)
+    assert fit.equation().theta(0.1)[SLOT["c1"]] == pytest.approx(float(theta[SLOT["c1"]]))
+
+
+def test_two_laws_of_one_force_are_refused_where_nothing_tells_them_apart():
+    _, _, wet = trials()
+    water = Specimen(tables.STRUCTURE_MASS_KG, area_m2=tables.REFERENCE_AREA_M2, submerged_volume_m3=0.0)
+    said = "^viscous_damping and linear_damping are the same force, and only their sum is known: take one of them out"
+    with pytest.raises(IdentificationError, match=said):
+        group_model((*TERMS, find("linear_damping")), wet, water, None, dry=False, anchored=True)

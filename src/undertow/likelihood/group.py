@@ -19,6 +19,7 @@ from undertow.equation.general import placed_terms
 from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.structure import CoulombFriction
 from undertow.equation.term import PlacedTerm, Term, force_of
+from undertow.errors import IdentificationError
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.scale import contract_name
 from undertow.quantities import Estimate
@@ -114,6 +115,7 @@ def group_model(
 
     With a ``structure`` its k, c, mu are fixed and the water's terms are unknown; without, all are. ``anchored`` says
     that k (or the mass, when dry) gives kilograms; else the total mass is 1 and every unknown is per mass.
+    IdentificationError where two unknowns are one force: only their sum would be known.
     """
     period = float(np.median([dominant_period(m) for m in motions]))
     rate = 2.0 * math.pi / period
@@ -144,10 +146,22 @@ def group_model(
             base[SLOT["k1"]] = specimen.stiffness_N_per_m
         else:
             coefficients += _unknowns(term, specimen, mass, rate, speed, size, anchored)
+    _must_differ(coefficients)
     own = dict(stiffness or {}) if structure is not None else {}
     laws, places = placed_terms(kept)
     base = np.concatenate([base, np.zeros(len(places))])
     return GroupModel(kept, specimen, base, tuple(coefficients), structure, own, anchored, laws, places)
+
+
+def _must_differ(coefficients: Sequence[Coefficient]) -> None:
+    """IdentificationError where two laws have one place in the integrator and neither is held."""
+    for at, one in enumerate(coefficients):
+        for other in coefficients[:at]:
+            if one.slot == other.slot and one.slot != "mass":
+                raise IdentificationError(
+                    f"{other.term} and {one.term} are the same force, and only their sum is known: take one of them "
+                    f"out of the equation, or give dry trials, which show the structure's own"
+                )
 
 
 def _fix(base: Array, term: Term, structure: Structure, specimen: Specimen) -> None:

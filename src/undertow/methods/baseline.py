@@ -77,7 +77,7 @@ class GroupFit:
             if term.slot_parameters:
                 inner |= term.of_slots({slot: float(theta[SLOT[slot]]) for slot in term.slots.values()})
             terms.append(replace(term, **inner) if inner else term)
-            numbers.append(float(theta[self._place(term, term.coefficient.name)]))
+            numbers.append(self._number(term, theta))
         added = any(t.is_inertia for t in terms)
         mass = self.model.specimen.mass_kg if added else float(theta[SLOT["mass"]])
         return Equation(tuple(terms), tuple(numbers), mass_kg=mass)
@@ -88,6 +88,15 @@ class GroupFit:
             return self.model.place(f"{term.name}.{parameter}")
         slot = term.slots[parameter]
         return SLOT[slot if slot in SLOT else f"{slot}1"]
+
+    def _number(self, term: Term, theta: Array) -> float:
+        """A term's coefficient in a parameter vector: damping of the structure and of the water share a place there,
+        and each has its own."""
+        place = self._place(term, term.coefficient.name)
+        here = {c.name: c.factor * self.estimates[c.name].value for c in self.model.coefficients
+                if self.model.place(c.slot) == place}  # fmt: skip
+        own = [here[c.name] for c in self.model.coefficients if c.name in here and c.term == term.name]
+        return float(sum(own) if own else theta[place] - sum(here.values()))
 
     def equation_errors(self) -> dict[str, float]:
         """Standard errors by term name, of inner numbers by "term.parameter", in the equation's units."""

@@ -21,6 +21,7 @@ from undertow.errors import MisnamedError, RecordingError
 from undertow.recording.channels import ChannelSpec, TimeSpec, TimeWindow
 from undertow.recording.clocks import placed
 from undertow.recording.gaps import complete, must_hold_samples
+from undertow.recording.held import as_read
 from undertow.recording.layout import FileFormat
 from undertow.recording.parts import How, Part, Where, part_of, primary, read_parts
 from undertow.recording.patterns import patterns_of
@@ -180,7 +181,9 @@ def trial_of_table(entry: Entry, table: pd.DataFrame, catalogue: Catalogue) -> R
 
 def _whole(parts: list[Part], entry: Entry) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
     """Time and channels of a trial on one clock, at the instants where all that is kept has a value, and notes."""
-    time, channels, said = _on_one_clock(parts)
+    read = [as_read(part) for part in parts]
+    time, channels, said = _on_one_clock([one for found, _ in read for one in found])
+    said = (*(note for _, notes in read for note in notes), *said)
     if entry.part != EVERYTHING:
         inside = entry.part.contains(time)
         must_hold_samples(inside, time, entry.part, "recordings.releases")
@@ -209,11 +212,11 @@ def _where(entry: Entry, catalogue: Catalogue, here: Catalogue) -> Where:
 
 
 def _on_one_clock(parts: list[Part]) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
-    """All channels at the instants of the first part, which has the primary one; NaN where they have no value."""
-    first, *others = parts
+    """All channels at the instants of the part that has the primary one; NaN where they have no value."""
+    leader = primary({name: None for part in parts for name in part.channels})
+    first, *others = sorted(parts, key=lambda part: leader not in part.channels)
     _must_increase(first.time, first.channels)
     channels, notes = dict(first.channels), []
-    leader = primary(channels)
     for part in others:
         for name, values in part.channels.items():
             found = placed(name, part.time, values, first.time, leader)

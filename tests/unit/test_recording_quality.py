@@ -348,6 +348,16 @@ def test_the_jump_of_the_acceleration_at_a_release_is_no_spike() -> None:
     assert not find_spikes(a).any()
 
 
+@pytest.mark.parametrize(("at", "off", "said"), [(400, 0.2, True), (400, 0.01, False), (51, 0.2, False)])
+def test_one_sample_far_off_is_said_where_it_is_no_release_and_counts(at: int, off: float, said: bool) -> None:
+    t = np.arange(800) * 0.01
+    x = np.where(t < 0.5, 0.1, 0.1 * np.exp(-0.2 * (t - 0.5)) * np.cos(10.0 * (t - 0.5)))
+    x += 2e-4 * np.random.default_rng(0).normal(size=t.size)
+    x[at] += off
+    (doubt,) = check(Recording("r", t, {"displacement": x})) or ("",)
+    assert (f"one sample looks like a spike, {x[at]:.4g} m at {t[at]:.4g} s; state recordings" in doubt) is said
+
+
 def test_spikes_are_not_seen_at_the_edges_of_a_gap_in_time() -> None:
     t, x = decay()
     keep = np.r_[0:900, 1020:1500, 1630 : t.size]

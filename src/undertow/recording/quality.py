@@ -36,6 +36,9 @@ UNEVEN_SHARE = 0.05
 SNAP_SAMPLES = 20
 """Spikes that all lie within so many samples are one event, the release most of all, and no faulty sensor."""
 
+SPIKE_SHARE = 0.1
+"""Spikes at one instant alone are said from so much of the others' range on."""
+
 FILLED_REACH = 1.5
 """A number this many ranges from the middle of the others is one that loggers write for no value, such as -9999."""
 
@@ -189,8 +192,12 @@ def _doubts_of_channel(recording: Recording, name: str, whole: Array, accepted: 
     if cut == 1:
         found.append(Doubt(f"{name}: one peak looks cut at its extreme, between {low:.6g} and {high:.6g} {unit}", name))
     spikes = _spikes(recording, whole)
-    if spikes and spikes[-1] - spikes[0] > SNAP_SAMPLES:
-        said = f"{name}: {len(spikes)} samples look like spikes; state recordings.despike if they are"
+    if spikes and (spikes[-1] - spikes[0] > SNAP_SAMPLES or _stands_out(whole, spikes, sigma)):
+        many = f"{len(spikes)} samples look like spikes" if len(spikes) > 1 else "one sample looks like a spike"
+        at = f", the first at {recording.time[spikes[0]]:.4g} s" if len(spikes) > 1 else (
+            f", {whole[spikes[0]]:.4g} {unit} at {recording.time[spikes[0]]:.4g} s"
+        )  # fmt: skip
+        said = f"{name}: {many}{at}; state recordings.despike if {'they are' if len(spikes) > 1 else 'it is'}"
         found.append(Doubt(said, name, "spikes" if _is_steady(name) else None))
     if high - low < 10.0 * sigma:
         said = f"{name}: its range of {high - low:.3g} {unit} is less than ten times its noise of {sigma:.2g} {unit}"
@@ -264,6 +271,15 @@ def _stretches(recording: Recording) -> list[slice]:
 def _spikes(recording: Recording, values: Array) -> list[int]:
     """Samples that look like spikes."""
     return [int(i) + one.start for one in _stretches(recording) for i in np.flatnonzero(find_spikes(values[one]))]
+
+
+def _stands_out(values: Array, spikes: Sequence[int], sigma: float) -> bool:
+    """Whether spikes within a few samples are a fault and no release: later than the body begins to move, and so large
+    that a fit would feel them."""
+    begins = int(np.argmax(np.abs(values - values[0]) > 10.0 * sigma))
+    others = np.delete(np.arange(values.size), spikes)
+    off = float(np.max(np.abs(values[spikes] - np.interp(spikes, others, values[others]))))
+    return spikes[0] > begins + SNAP_SAMPLES and off > SPIKE_SHARE * float(np.ptp(values[others]))
 
 
 def _dropouts(recording: Recording, values: Array) -> list[tuple[int, int]]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from experiments.eq15_campaign.motion import simulate
 from tests.exact_motions import LONG, SHORT, exact_motion
+from undertow.conditioning.agreement import disagreements
 from undertow.conditioning.condition import condition
 from undertow.conditioning.cycles import Cycles, equilibrium, find_cycles
 from undertow.conditioning.fusion import fuse
@@ -174,6 +177,15 @@ def test_fused_motion_is_within_its_stated_errors(sx, sa, rate):
         assert 0.5 < np.sqrt(np.mean(error**2)) < 1.6  # correlated in time: one draw of a mean square
     assert np.std((got.a - motion.a)[inside]) < 0.9 * sa
     assert np.std((got.x - motion.x)[inside]) < 0.5 * sx
+
+
+@pytest.mark.parametrize(("clock_s", "way"), [(0.02, "earlier"), (-0.02, "later")])
+def test_an_acceleration_that_lags_is_later_in_every_sentence(clock_s, way):
+    recording, _ = released(SHORT, 0.033, clock_s=clock_s)
+    motion = condition(recording)
+    assert re.search(rf"^acceleration is .* ms {way} than displacement at equal", motion.notes[0])
+    (found,) = disagreements(recording, motion.window)
+    assert f"{way} than displacement" in found.sentence
 
 
 @pytest.mark.parametrize("clock_s", [0.0, 0.0013])

@@ -105,7 +105,7 @@ def _notes(smoothed: Smoothed) -> tuple[str, ...]:
     clock, error = smoothed.clock_s, smoothed.clock_stderr_s
     if not math.isfinite(clock) or abs(clock) <= CLOCK_SIGNIFICANT * error:
         return ()
-    later = "later" if clock > 0.0 else "earlier"
+    later = "earlier" if clock > 0.0 else "later"  # samples of a later instant show the motion earlier
     return (
         f"acceleration is {1e3 * abs(clock):.2f} +- {1e3 * error:.2f} ms {later} than displacement at equal time "
         "stamps; corrected",

@@ -181,6 +181,13 @@ def test_a_diagnosis_prints_and_draws_itself(found, trials):
         found[5]
 
 
+def test_a_group_that_needs_no_repair_has_the_numbers_of_its_equation(trials):
+    group = undertow.diagnose(trials, [*PRESCRIBED, "cubic_stiffness"], scatter={"k": 0.001, "c": 0.05}, **RIG)[0]
+    assert not group.verdict.verdict
+    assert group.parameters.loc["c_Ns_per_m", "value"] == pytest.approx(1.0, abs=0.05)
+    assert group.parameters.loc["cubic_stiffness_N_per_m3", "value"] == pytest.approx(4000.0, rel=0.05)
+
+
 def test_an_equation_that_lacks_nothing_stays_as_it_is(trials):
     found = undertow.diagnose(
         trials, list(HARD), suspects=["quadratic_drag"], scatter={"k": 0.001, "c": 0.05}, seed=3, **RIG
@@ -301,6 +308,21 @@ def test_a_folder_that_is_no_run_is_refused(campaign, tmp_path):
         undertow.open(tmp_path).trials  # noqa: B018
     with pytest.raises(ConfigError, match="no group fits 'wet'; say one of: "):
         undertow.open(folder)["wet"]
+
+
+@pytest.mark.parametrize("text", ["", "{", '{"contract": 1', "[]"])
+def test_a_run_folder_whose_files_are_cut_is_said(campaign, tmp_path, text):
+    _, _, folder = campaign
+    (tmp_path / "verdict.json").write_text((folder / "verdict.json").read_text())
+    (tmp_path / "equations.json").write_text(text)
+    for name in ("trials", "levels", "mismatch"):
+        (tmp_path / f"{name}.csv").write_text("")
+    opened = undertow.open(tmp_path)
+    with pytest.raises(UndertowError, match=r"equations\.json is not as a run writes it .* was it changed\? run again"):
+        opened[0].simulate(0.04)
+    for name in ("trials", "levels", "mismatch"):
+        with pytest.raises(UndertowError, match=rf"{name}\.csv is not as a run writes it"):
+            getattr(opened, name)
 
 
 # ---------------------------------------------------------------- Discover

@@ -31,6 +31,7 @@ from undertow.recording.recording import Array, Condition
 from undertow.report.trial_curves import Axes, draw_runs_before_and_after, new_axes
 from undertow.report.trial_figures import draw_residual, with_words
 from undertow.uncertainty.posterior import Draws
+from undertow.uncertainty.seeds import random_numbers
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -94,9 +95,10 @@ class DiagnosedGroup(FoundNumbers):
 
     @property
     def estimates(self) -> dict[str, Estimate]:
-        """Numbers of the repaired equation; of the prescribed one where nothing is named."""
-        described = self.verdict.augmented or self.verdict.baseline
-        found = dict(described.parameters)
+        """Numbers of the repaired equation; of the prescribed one, by output error, where nothing is named."""
+        plain = self.findings.fits.get("output_error")
+        found = dict(self.verdict.baseline.parameters if plain is None else plain.parameters)
+        found = found if self.verdict.augmented is None else dict(self.verdict.augmented.parameters)
         structure = self.findings.structure
         if structure is not None:
             held = structural_parameters(structure, self.findings.specimen)
@@ -178,7 +180,7 @@ class DiagnosedGroup(FoundNumbers):
             [1.0 if a == b else described.correlations.get(a, {}).get(b, 0.0) for b in known] for a in known
         ])  # fmt: skip
         size = np.array([e.total_stderr for e in known.values()])
-        drawn = np.random.default_rng(seed).multivariate_normal(
+        drawn = random_numbers(seed).multivariate_normal(
             np.zeros(size.size), together, draws, check_valid="ignore", method="eigh"
         )  # fmt: skip
         values = {name: e.value + s * z for (name, e), s, z in zip(known.items(), size, drawn.T, strict=True)}

@@ -181,6 +181,18 @@ def test_a_diagnosis_prints_and_draws_itself(found, trials):
         found[5]
 
 
+def test_another_mode_at_more_than_twice_the_bodys_rate_is_found():
+    """Between 2.5 and 4 times the body's rate nothing was looked for, and the verdict was "most like a force"."""
+    mode = {"mass_kg": 0.2, "natural_frequency_rad_per_s": 27.0, "damping_ratio": 0.01}
+    law = {"stiffness": 400.0, "viscous_damping": 1.0, "hidden_resonator": mode}
+    trials = undertow.read([recorded(x0, seed, law) for seed, x0 in enumerate((0.1, 0.09, 0.075, 0.06, 0.05))])
+    names = ["hidden_resonator", "relaxation", "added_mass", "external_forcing"]
+    group = undertow.diagnose(trials, PRESCRIBED, mass_kg=4.0, scatter={"k": 0.002, "c": 0.04}, suspects=names)[0]
+    assert group.verdict.verdict == ("hidden_resonator",)
+    rate = group.parameters.loc["hidden_resonator.natural_frequency_rad_per_s", "value"]
+    assert rate == pytest.approx(27.0, rel=2e-3)
+
+
 def test_a_group_that_needs_no_repair_has_the_numbers_of_its_equation(trials):
     group = undertow.diagnose(trials, [*PRESCRIBED, "cubic_stiffness"], scatter={"k": 0.001, "c": 0.05}, **RIG)[0]
     assert not group.verdict.verdict
@@ -323,6 +335,12 @@ def test_a_run_folder_whose_files_are_cut_is_said(campaign, tmp_path, text):
     for name in ("trials", "levels", "mismatch"):
         with pytest.raises(UndertowError, match=rf"{name}\.csv is not as a run writes it"):
             getattr(opened, name)
+
+
+def test_one_suspect_that_is_no_list_is_told_what_may_stand_there(campaign):
+    config, _, _ = campaign
+    with pytest.raises(ConfigError, match="suspects is 'cubic_stiffness' but should be 'all' or a list"):
+        undertow.diagnose(undertow.load(config), suspects="cubic_stiffness")
 
 
 # ---------------------------------------------------------------- Discover

@@ -25,7 +25,7 @@ from undertow.discrepancy.naming import next_test, other_sets
 from undertow.discrepancy.sentence import no_answer, sentence_of
 from undertow.discrepancy.validation import Closeness, reach
 from undertow.discrepancy.verdict import Described, Verdict
-from undertow.discrepancy.wandering import as_what
+from undertow.discrepancy.wandering import as_what, no_physics
 from undertow.likelihood.fit import Specimen
 from undertow.likelihood.group import GroupModel
 from undertow.quantities import Estimate
@@ -315,6 +315,17 @@ def test_what_wanders_is_no_unknown_physics(monkeypatch):
     monkeypatch.setattr("undertow.discrepancy.decision.one_alone", lambda case, fit: one)
     assert judged(UNKNOWN, case(), diagnosis(null=null), True, beside(0.3)).because == one.words
     assert judged(UNKNOWN, case(), diagnosis(null=null), True, beside(0.001)).status == "unknown"
+
+
+@pytest.mark.parametrize(
+    ("rate_hz", "said"), [(0.2, "slower than the motion: a sensor"), (10.0, "faster than the motion, at 10 Hz")]
+)
+def test_hum_is_not_called_slow(rate_hz, said):
+    t = np.arange(2000) * 0.01
+    left = np.sin(2.0 * np.pi * rate_hz * t) + 0.1 * np.random.default_rng(1).standard_normal(t.size)
+    trial = SimpleNamespace(t=t, period_s=1.0, channels=("displacement",))
+    fit = SimpleNamespace(solution=SimpleNamespace(problem=SimpleNamespace(trials=(trial,)), residuals=(left,)))
+    assert no_physics(fit).startswith(said)
 
 
 @pytest.mark.parametrize(
@@ -862,6 +873,10 @@ def test_numbers_in_a_sentence_have_names():
 
 
 def test_an_error_within_repeatability_is_not_said_to_be_missed_beyond_it():
+    more = [["relaxation", "cubic_stiffness"], ["relaxation", "drag_exponent"]]
+    beside = sentence_of(case(missing=1), ["relaxation"], more, {}, 0.01, math.nan, False, ())
+    assert "cannot tell it from" not in beside
+    assert "drag with another power of the speed is there beside it the data do not say." in beside
     some = sentence_of(case(missing=1), ["relaxation"], [], {}, 0.01, math.nan, False, ())
     assert "in 1 of 3 trials the equation misses more than repetitions differ (median error 4.0 %, rep" in some
     alone = case(member=SimpleNamespace(motions=(SimpleNamespace(name="a"),), free_start=False))

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.joint import JointFit
-from undertow.comparison.level import Level
+from undertow.comparison.level import Level, Member
 from undertow.comparison.suspect import EACH_SPRING, Suspect
 from undertow.equation.kernel import SLOT
 
@@ -47,7 +47,7 @@ def has_room(level: Level, suspect: Suspect, fit: JointFit) -> bool:
     additions = suspect.additions(level.scales, suspect.starts(level.scales)[0])
     if any(a.slot == "mass" for a in additions) and not all(m.model.anchored for m in level.members):
         return False  # nothing gives kilograms: an added mass is the scale of all other numbers
-    if any(a.slot == "mass" and a.scope != "trial" for a in additions) and all(m.model.weighed for m in level.members):
+    if any(a.slot == "mass" and a.scope != "trial" for a in additions) and all(_weighs(m, fit) for m in level.members):
         return False  # the same where kilograms come from the mass alone
     if any(a.scope == "trial" for a in additions) and level.trials < 2 and suspect.origin != "outside":
         return False  # an outside force of one trial may be a tone that nothing else is (clock.py)
@@ -62,6 +62,15 @@ def has_room(level: Level, suspect: Suspect, fit: JointFit) -> bool:
     slots = {a.slot for a in additions if a.scope != "trial"}
     free = [{c.slot for c in m.model.coefficients} for m in level.members]
     return not slots or not all(slots <= own for own in free)
+
+
+def _weighs(member: Member, fit: JointFit) -> bool:
+    """Whether a group's kilograms come from the stated mass alone: k is what these decays say of it, in units of that
+    mass, and no load cell says it in newtons."""
+    if member.model.weighed:
+        return True
+    weighed_by_loads = any(c.quantity == "spring_force" for t in fit.solution.problem.trials for c in t.channels)
+    return member.own_means and not math.isfinite(member.model.specimen.stiffness_N_per_m) and not weighed_by_loads
 
 
 def may_join(best: Candidate, suspect: Suspect) -> bool:

@@ -125,7 +125,7 @@ def _geometric(low: float, high: float, ratio: float) -> tuple[float, ...]:
 
 def _fine_frequencies(s: Scales) -> tuple[float, ...]:
     """Frequencies in steps of 3 %: the width of a line that 2 % damping or ten seconds of motion leave."""
-    return _geometric(0.5 * s.slowest, 2.5 * s.fastest, 1.03)
+    return _geometric(0.5 * s.slowest, 4.0 * s.fastest, 1.03)
 
 
 def _force_frequencies(s: Scales) -> tuple[float, ...]:

@@ -29,7 +29,7 @@ from undertow.discrepancy.case import Case
 from undertow.discrepancy.dry_check import CERTAIN, DryAnswer
 from undertow.discrepancy.validation import NEAR, Closeness
 from undertow.discrepancy.verdict import LEFT, Gate, Verdict
-from undertow.discrepancy.wandering import as_what, left_share, wanders
+from undertow.discrepancy.wandering import as_what, left_share, no_physics, wanders
 from undertow.discrepancy.words import percent, rarely, spelled
 
 DISTINCT = 2.0
@@ -41,9 +41,6 @@ DOUBLED = 2.0
 WORSE_SHARE = 0.02
 """What is named is not proved where it takes unseen trials further away by more than repeating a test does, or by more
 than this share of the motion."""
-
-SLOW = "a sensor that wanders, the ground, or a slow push (wind, a hand)"
-"""What wanders."""
 
 LEFT_SHARE = 0.02
 """What k, c, mu of each trial's own leave of the motion, more than noise, is something that is missing from here on
@@ -214,7 +211,7 @@ def _more_than_noise(case: Case, diagnosis: LevelDiagnosis, tested: NullTest) ->
     misfit = diagnosis.null.fit.misfit
     goes_on = misfit > FAR_ABOVE_NOISE and wanders(diagnosis.null.fit)
     because = "nothing stands out, and " + (
-        f"what the equation leaves is slower than the motion: {SLOW}"
+        f"what the equation leaves is {no_physics(diagnosis.null.fit)}"
         if goes_on
         else f"{case.own} of each trial's own leave no more than noise: trials may differ by more than is known"
     )
@@ -235,7 +232,7 @@ def _left_over(case: Case, diagnosis: LevelDiagnosis) -> Gate:
         f"sensors' noise, and repetitions that differ by {percent(case.allowed)} hide it"
     )
     wandering = share > LEFT_SHARE and wanders(fit)
-    because += f": {SLOW}" if wandering else ""
+    because += f"; it is {no_physics(fit)}" if wandering else ""
     lacking = "more" if wandering else "left"
     one = one_alone(case, fit)
     if one is not None and one.share > LEFT_SHARE and not (one.largest and lacking == "left" and share > LEFT_SHARE):

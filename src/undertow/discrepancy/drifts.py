@@ -169,28 +169,33 @@ def no_scatter(groups: Sequence[GroupFindings], order: Sequence[str] = ()) -> st
     in words; empty where it may be scatter.
 
     Each trial's own stiffness over its mass is ranked within its group. Kendall's tau, added over the groups, is held
-    against orders drawn at random: the few trials of one group would not show it. A change is held against them by the
+    against orders drawn at random (the few trials of one group would not show it), and a straight line against the
+    scatter about it. A change is held against them by the
     likelihood of two means beside one. Less than `WORTH_SAYING` is not said.
     """
     quiet = [g for g in groups if nothing_said(g.verdict)]
     found = [rows for rows in (rates(g) for g in quiet) if len(rows) >= FEWEST_RANKED]
     why = "scatter goes with nothing; a law that the equation lacks does, or a rig that changes from trial to trial"
+    ways = []
     for along, words in ((2, "with the size of the release"), (3, "in the order of the trials' names")):
         pairs = [(np.array([r[along] for r in rows]), np.array([r[1] for r in rows])) for rows in found]
         if not pairs or any(float(np.ptp(size)) == 0.0 for size, _ in pairs):
             continue
         changes = [float(np.polyfit(size, rate, 1)[0] * np.ptp(size)) for size, rate in pairs]
-        chance = _chance_of_ranks(pairs) if _worth_saying(changes) else 1.0
+        chance = _chance_of_an_order(pairs) if _worth_saying(changes) else 1.0
         if chance < _limit(changes):
-            way = "rises" if sum(changes) > 0.0 else "falls"
-            return (
-                f"stiffness over mass of single trials {way} {words}, by {percent(_typical(changes))} in "
-                f"{count(len(pairs), 'group')} ({_rare(chance)}): {why} (temperature, a part that works loose)"
-            )
-    said, chance, limit = _changed(quiet, order)
-    if chance < limit:
+            ways.append((words, changes, chance))
+    said, chance, limit, clearer = _changed(quiet, order)
+    if chance < limit and (clearer or not ways):
         return f"{said} ({_rare(chance)}): {why} (a part taken off or left on the body, a spring that slipped)"
-    return ""
+    if not ways:
+        return ""
+    (_, changes, chance), way = ways[0], "rises" if sum(ways[0][1]) > 0.0 else "falls"
+    along_both = ", and as much ".join(words for words, _, _ in ways)
+    return (
+        f"stiffness over mass of single trials {way} {along_both}, by {percent(_typical(changes))} in "
+        f"{count(len(found), 'group')} ({_rare(chance)}): {why} (temperature, a part that works loose)"
+    )
 
 
 def nothing_said(verdict: Verdict) -> bool:
@@ -199,8 +204,9 @@ def nothing_said(verdict: Verdict) -> bool:
     return verdict.status == "nothing_missing" or (verdict.status == "cannot_tell" and bool(reasons & OF_SCATTER))
 
 
-def _changed(groups: Sequence[GroupFindings], order: Sequence[str]) -> tuple[str, float, float]:
-    """That trials changed at one of them in words, how often that comes by chance, and what chance may be said."""
+def _changed(groups: Sequence[GroupFindings], order: Sequence[str]) -> tuple[str, float, float, bool]:
+    """That trials changed at one of them in words, how often that comes by chance, what chance may be said, and whether
+    it is likelier than straight lines along the order or the release."""
     place = {name: i for i, name in enumerate(order)}
     found = [sorted(rates(g), key=lambda row: place.get(row[0], row[3])) for g in groups]
     found = [rows for rows in found if len(rows) >= FEWEST_SPLIT]
@@ -208,11 +214,17 @@ def _changed(groups: Sequence[GroupFindings], order: Sequence[str]) -> tuple[str
     steps = [_step(rate) for rate in in_order]
     changes = [change for _, change, _ in steps]
     if not steps or not _worth_saying(changes):
-        return "", 1.0, 0.0
+        return "", 1.0, 0.0, False
     clearest = max(range(len(steps)), key=lambda i: steps[i][2])
     way, first = "higher" if changes[clearest] > 0.0 else "lower", found[clearest][steps[clearest][0]][0]
     said = f"stiffness over mass is {way} from one trial on, by {percent(abs(changes[clearest]))} from trial {first}"
-    return said, _chance_of_steps(in_order), _limit(changes)
+    lines = [
+        sum(_gain_of_line(np.arange(len(rows), dtype=np.float64) if of is None else np.array([row[of] for row in rows]),
+                          rate) for rows, rate in zip(found, in_order, strict=True))
+        for of in (None, 2)
+    ]  # fmt: skip
+    clearer = sum(gain for *_, gain in steps) > max(lines)
+    return said, _chance_of_steps(in_order), _limit(changes), clearer
 
 
 def _typical(changes: Sequence[float]) -> float:
@@ -248,6 +260,13 @@ def _gain(share: Array, trials: int) -> Array:
     return -0.5 * trials * np.log(np.maximum(1.0 - share, 1e-12))
 
 
+def _gain_of_line(size: Array, rate: Array) -> float:
+    """The same of a straight line along ``size``."""
+    if float(np.ptp(size)) == 0.0 or float(np.ptp(rate)) == 0.0:
+        return 0.0
+    return float(_gain(np.array(np.corrcoef(size, rate)[0, 1] ** 2), rate.size))
+
+
 def _step(rate: Array) -> tuple[int, float, float]:
     """The first trial after the clearest change, by how much it changes, and the gain in log likelihood."""
     share, change = _splits(rate)
@@ -277,6 +296,22 @@ def rates(group: GroupFindings) -> list[tuple[str, float, float, float]]:
         if len(rate) == len([e for e, _ in moved if e is not None]) > 0:
             rows.append((trial.motion.name, sum(rate), math.log(trial.motion.amplitude), float(place)))
     return rows
+
+
+def _chance_of_an_order(pairs: Sequence[tuple[Array, Array]]) -> float:
+    """The chance of such an order in all groups together, by ranks or by one straight line, whichever is rarer: seven
+    trials in perfect order are one in 144 by ranks, on a line that leaves a tenth of their scatter far fewer."""
+    return min(2.0 * min(_chance_of_ranks(pairs), _chance_of_a_line(pairs)), 1.0)
+
+
+def _chance_of_a_line(pairs: Sequence[tuple[Array, Array]]) -> float:
+    """The chance of so steep a line, of one slope in all groups and a mean of each, where trials scatter about it as
+    they do (Student)."""
+    size, rate = (np.concatenate([one[which] - one[which].mean() for one in pairs]) for which in (0, 1))
+    freedom = rate.size - len(pairs) - 1
+    squares = float(size @ size) * float(rate @ rate)
+    share = min(float(size @ rate) ** 2 / squares, 1.0 - 1e-12) if squares > 0.0 else 0.0
+    return float(2.0 * student.sf(math.sqrt(freedom * share / (1.0 - share)), freedom)) if freedom > 0 else 1.0
 
 
 def _chance_of_ranks(pairs: Sequence[tuple[Array, Array]]) -> float:

@@ -24,7 +24,7 @@ from undertow.discrepancy.case import Case
 from undertow.discrepancy.decision import DOUBLED, NAMED, NO_ANSWER, gates, indistinct
 from undertow.discrepancy.dry_check import DryAnswer
 from undertow.discrepancy.naming import in_words, next_test
-from undertow.discrepancy.sentence import no_answer
+from undertow.discrepancy.sentence import no_answer, not_all
 from undertow.discrepancy.validation import NEAR, Closeness
 from undertow.discrepancy.verdict import LEFT, Gate, Status, Verdict
 from undertow.discrepancy.words import percent, rarely, spelled
@@ -125,7 +125,7 @@ def _not_the_answer(verdict: Verdict, case: Case, gate: Gate, vague: Collection[
     if gate.lacking == "unseen":
         text = f"{verdict.sentence} But this is not proved: {gate.because}."
     elif gate.lacking == "beside":
-        text = f"{verdict.sentence} But this is not all: {gate.because}. What is beside it is unknown."
+        text = not_all(verdict.sentence, gate.because)
     said = replace(
         verdict, status="unknown", alternatives=(), origin="undetermined", next_test=_next(gate.lacking, case),
         sentence=text,

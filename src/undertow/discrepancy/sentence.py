@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from undertow.comparison.clock import changes
@@ -24,6 +25,10 @@ EXPLAINS, DESCRIBES, CLOSEST = (
 
 SAID = 1.5
 """Standard errors from zero from which a law's numbers are said: 8e10 +- 8e10 tells nothing."""
+
+
+NOTHING_LATER = re.compile(r" After [\d.]+ periods? nothing is missing\.")
+"""What `late_words` says, which something unknown contradicts."""
 
 
 def sentence_of(
@@ -53,7 +58,7 @@ def sentence_of(
     if rivals:
         _, *others = least_sets([names, *rivals])
         said = either([" and ".join(in_words(n, case.in_water) for n in one) for one in others])
-        parts.append(f"The data cannot tell it from {said}.")
+        parts.append(f"The data cannot tell it from {said}." if others else _more_beside(case, names, rivals))
     if math.isfinite(held) and math.isfinite(case.baseline.held_out_nrmse):
         number = len(case.held)
         fitted = ", with only that trial's size and phase of the force fitted," if own else ""
@@ -70,6 +75,13 @@ def sentence_of(
     if rest:
         parts.append("What is left is more than repetitions would differ: something else is missing too.")
     return " ".join(parts)
+
+
+def _more_beside(case: Case, names: Sequence[str], rivals: Sequence[Sequence[str]]) -> str:
+    """That all rivals hold what is named, and something beside it."""
+    more = [Counter(one) - Counter(names) for one in rivals]
+    beside = dict.fromkeys(" and ".join(in_words(n, case.in_water) for n in one.elements()) for one in more if one)
+    return f"Whether {either(list(beside))} is there beside it the data do not say."
 
 
 def _missed(case: Case) -> str:
@@ -93,11 +105,21 @@ def no_answer(label: str, sentence: str, because: str) -> str:
     'dry: nothing that was tried is the answer, what is missing is unknown. The equation misses 5 %. Friction comes \
 closest. It is not the answer: the probability is 3 %.'
     """
-    said = re.sub(rf" ({'|'.join(DESCRIBE)}) [^.]* alike\.", "", sentence.removeprefix(f"{label}: "))
+    said = NOTHING_LATER.sub("", sentence.removeprefix(f"{label}: "))
+    said = re.sub(rf" ({'|'.join(DESCRIBE)}) [^.]* alike\.", "", said)
     for verb, closest in zip((*EXPLAINS, *DESCRIBES), (*CLOSEST, *CLOSEST), strict=True):
         said = said.replace(verb, closest, 1)
     first = f"{label}: nothing that was tried is the answer, what is missing is unknown."
     return f"{first} {said[0].upper()}{said[1:]} It is not the answer: {because}."
+
+
+def not_all(sentence: str, because: str) -> str:
+    """The sentence of an answer beside which there is something that nobody knows.
+
+    >>> not_all("The release explains it. After 1 period nothing is missing.", "its probability is 3 %")
+    'The release explains it. But this is not all: its probability is 3 %. What is beside it is unknown.'
+    """
+    return f"{NOTHING_LATER.sub('', sentence)} But this is not all: {because}. What is beside it is unknown."
 
 
 def late_words(addends: Sequence[Addend]) -> str:

@@ -22,6 +22,9 @@ SLOWER = (0.05, 0.5)
 OF_THE_BODY = (0.6, 1.6)
 """Rates over the body's, from and to: of what wanders, and of what swings with the body."""
 
+FASTER, MOST = 3.0, 0.5
+"""Rate over the body's from which on what is left is faster than the motion, and the share that makes it so."""
+
 SWINGS = 4.0
 """By what physics of the motion leaves more power at the body's rate than at slower ones, at least: medians of ten
 frequencies and of twenty differ as much by chance in one case of 140."""
@@ -43,6 +46,21 @@ def wanders(fit: JointFit) -> bool:
     if min(len(slower), len(swinging)) < FEWEST:
         return False
     return bool(SWINGS * np.median(slower) >= np.median(swinging))
+
+
+def no_physics(fit: JointFit) -> str:
+    """What it is that wanders, in words: most of it slower than the motion, or at one faster rate."""
+    rates, power = list[np.ndarray](), list[np.ndarray]()
+    for trial, r in zip(fit.solution.problem.trials, fit.solution.residuals, strict=True):
+        n = trial.t.size
+        power.append(np.abs(np.fft.rfft(r[:n] * np.hanning(n)))[1:] ** 2)
+        rates.append(np.fft.rfftfreq(n, float(np.median(np.diff(trial.t))))[1:])
+    periods = [trial.period_s for trial in fit.solution.problem.trials]
+    fast = [np.sum(one[rate * period > FASTER]) for one, rate, period in zip(power, rates, periods, strict=True)]
+    if sum(fast) <= MOST * sum(float(np.sum(one)) for one in power):
+        return "slower than the motion: a sensor that wanders, the ground, or a slow push (wind, a hand)"
+    at = float(np.median([rate[int(np.argmax(one))] for one, rate in zip(power, rates, strict=True)]))
+    return f"faster than the motion, at {at:.3g} Hz: hum of the mains, or a sensor or its mount that rings"
 
 
 def left_share(fit: JointFit) -> float:

@@ -96,8 +96,7 @@ def _of_halves(name: str, joint: Estimate, values: Array, noise: Array) -> tuple
     square, chance = differing(two, errors)
     if not chance < ALIKE:
         return None
-    weights = errors**-2.0
-    share = float(weights @ weights / np.sum(weights) ** 2)
+    share = _share_of_squares(errors)
     after = with_scatter(joint, math.sqrt(share) * scatter_to_agree(two, errors))
     return after, Grown(name, square, 1, chance, after.stderr / joint.stderr, HALVES)
 
@@ -140,11 +139,16 @@ def grown_whatever(joint: Estimate, values: Array, noise: Array) -> Estimate:
 
     The joint value weighs trials by their noise; the scatter is summed over (`scatter_between`).
     """
-    between, weights = scatter_between([(values, noise)]), noise**-2.0
-    share = float(weights @ weights / np.sum(weights) ** 2)
+    between, share = scatter_between([(values, noise)]), _share_of_squares(noise)
     spreads = np.sqrt(joint.stderr**2 + share * between.values**2)
     error = as_stderr(mixture_half_width(0.0, np.zeros(spreads.size), spreads, between.weights))
     return replace(joint, stderr=error, source=f"{joint.source}; {DIFFER}".removeprefix("; "))
+
+
+def _share_of_squares(noise: Array) -> float:
+    """What the variance of single values (n,) makes of that of their mean, each weighed by its ``noise``."""
+    weights = (np.min(noise) / noise) ** 2
+    return float(weights @ weights / np.sum(weights) ** 2)
 
 
 def _counts(estimate: Estimate) -> bool:

@@ -334,13 +334,20 @@ def _assumed(config: RunConfig, task: GroupTask) -> str:
     seen = dry.scatter_freedom if dry is not None else task.freedom if task.scatter else 0.0
     if seen >= FEWEST - 1:
         return ""
+    many = len(task.motions) >= FEWEST
+    if many and task.dry and not task.anchor.known:
+        return (
+            "how much trials differ is reckoned where specimen.mass_kg or specimen.stiffness_N_per_m is stated, and "
+            "neither is; specimen.scatter would say it too"
+        )
     rest = (
         f"{FEWEST} dry trials of a spring, {FEWEST} releases of one size or specimen.scatter would say how much trials "
         "differ"
     )
     if dry is not None:
         return f"{rest}, and its spring has {count(task.dry_trials, 'dry trial')}"
-    return f"{rest}, and this group has {count(len(task.motions), 'trial')}"
+    in_air = "" if config.trials.dry or not many else " (in air? then trials.dry says so)"
+    return f"{rest}, and this group has {count(len(task.motions), 'trial')}{in_air}"
 
 
 def _with_scatter(member: Member, task: GroupTask, group: GroupFindings) -> Member:

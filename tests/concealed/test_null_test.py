@@ -798,3 +798,11 @@ def test_a_sensor_that_wanders_and_whose_noise_rises_is_known_from_all_its_trial
     together = [(_rises(trials[i : i + 20]), _wanders(trials[i : i + 20])) for i in range(0, 200, 20)]
     assert np.all(np.mean(alone, axis=0) < 0.75)
     assert np.all(together)
+
+
+def test_what_a_sensor_has_in_all_trials_alike_is_tested_as_one_number():
+    """Free in every trial a gain took up what one trial's body differed by: p was 1e-6, and no fit came closer."""
+    level = make_level([member("short", SHORT, 100)])
+    fit = stands(level)
+    widths = {name: places(level, Stands.of(fit), found(name))[0].width for name in ("gain_error", "sensor_drift")}
+    assert widths == {"gain_error": 1, "sensor_drift": len(SHORT)}

@@ -17,13 +17,10 @@ from undertow.comparison.joint import WIDER, JointFit, fit_joint
 from undertow.comparison.level import Addend, Level
 from undertow.comparison.limits import FAR_ABOVE_NOISE
 from undertow.comparison.score_test import GridPlace, renumbered
-from undertow.comparison.suspect import EACH_SPRING, Addition, Suspect
+from undertow.comparison.suspect import COMMON, EACH_SPRING, Addition, Suspect
 from undertow.comparison.suspects import RADIATION, kernel_additions
 from undertow.errors import IdentificationError
 from undertow.likelihood.budget import BudgetError, metered
-
-COMMON = frozenset({"acceleration_shift_s", "acceleration_gain"})
-"""Errors that a sensor has in all trials alike."""
 
 REFINED = 2
 """Of several starts, so many of the best are followed to their end."""

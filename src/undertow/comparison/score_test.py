@@ -16,7 +16,7 @@ import numpy as np
 
 from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Addend, Level, full_name
-from undertow.comparison.suspect import Addition, Suspect
+from undertow.comparison.suspect import COMMON, Addition, Suspect
 from undertow.equation.kernel import SLOT
 from undertow.likelihood import output_error
 from undertow.likelihood.problem import Link, TrialProblem
@@ -194,14 +194,17 @@ def _gain_whole(stands: Stands, cross: Array, own: Array, step: Array) -> float:
 
 
 def _freed(stands: Stands, suspect: Suspect) -> GridPlace:
-    """A sensor's shift, gain or drift in every trial beside its own prior."""
+    """A sensor's shift, gain or drift in every trial beside its own prior; of what a sensor has in all trials alike the
+    common one. (Free in every trial it would take up what one trial's body differs by.)"""
     solution = stands.fit.solution
     mine = [i for i, name in enumerate(solution.problem.names) if name.startswith(f"{suspect.frees}[")]
+    alike = suspect.frees in COMMON
     columns = []
     for jac, used in zip(solution.jacobians, solution.used, strict=True):
         here = [at for at, index in enumerate(used.tolist()) if index in mine]
-        columns.append((jac[:, here], np.array([mine.index(int(used[at])) for at in here], dtype=np.int64)))
-    cross, own, _, gain = _stepped(stands, columns, len(mine))
+        whose = [0 if alike else mine.index(int(used[at])) for at in here]
+        columns.append((jac[:, here], np.array(whose, dtype=np.int64)))
+    cross, own, _, gain = _stepped(stands, columns, 1 if alike else len(mine))
     return GridPlace(suspect.label, (), gain, tuple(columns), cross, own)
 
 

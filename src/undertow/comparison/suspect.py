@@ -16,6 +16,9 @@ Origin = Literal["water", "structure", "outside", "instrument", "undetermined"]
 EACH_SPRING = "each spring's own"
 """Variant of a suspect that a level with one spring cannot tell from the shared one."""
 
+COMMON = frozenset({"acceleration_shift_s", "acceleration_gain"})
+"""Errors that a sensor has in all trials alike."""
+
 
 @dataclass(frozen=True)
 class Scales:

@@ -45,7 +45,7 @@ CASES = (
     Case("a scheduler that is none", run("--scheduler", "host"), r"--scheduler 'host' cannot be reached", USAGE),
     Case("inspect of a text", words("inspect", "{}/config.yaml"), r"no reader for '\.yaml'"),
     Case("inspect of a folder", words("inspect", "{}"), r"is a folder; check the path"),
-    Case("inspect of nothing", words("inspect", "{}/none.csv"), r"none\.csv is not there; check the path"),
+    Case("inspect of nothing", words("inspect", "{}/none.csv"), r"none\.csv is not there; check the path", USAGE),
     Case("inspect of an index", words("inspect", "{}/campaign.csv"), r"no table of numbers begins in its first 2"),
     Case("init of no folder", words("init", "{}/none"), r"none"  , USAGE),
     Case("init of a folder without recordings", files(("e/a.yaml", b""), then=["init", "{}/e"]), r"e .*no", USAGE),

@@ -33,6 +33,12 @@ DONE, FAILED, USAGE, SOME_FAILED, INTERRUPTED = 0, 1, 2, 3, 130
 class _Commands(TyperGroup):
     """Every expected error of a command is one sentence and an exit code, never a traceback."""
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        from undertow.front.terminal.empty_words import empty_word
+        if said := empty_word(args):
+            ctx.fail(said)
+        return super().parse_args(ctx, args)
+
     def invoke(self, ctx: Any) -> Any:
         try:
             with _terminable():
@@ -150,12 +156,6 @@ def _width_and_colour() -> tuple[int, bool]:
     return shutil.get_terminal_size().columns, not os.environ.get("NO_COLOR")
 
 
-def _one_voice(quiet: bool, verbose: bool) -> None:
-    """Refuse --quiet with --verbose."""
-    if quiet and verbose:
-        raise typer.BadParameter("--quiet and --verbose contradict each other; give one of them")
-
-
 @app.command()
 def run(
     config: ConfigPath,
@@ -172,7 +172,8 @@ def run(
     page: Annotated[bool, typer.Option("--page/--no-page", help="The page, or tables and verdicts alone.")] = True,
 ) -> None:
     """Go the whole way, from recordings to a report; print a table of verdicts."""
-    _one_voice(quiet, verbose)
+    if quiet and verbose:
+        raise typer.BadParameter("--quiet and --verbose contradict each other; give one of them")
     with warnings.catch_warnings():
         from undertow.campaign.config import load
         load(config, overrides or ())  # what is wrong with it is said before the rest is imported, seconds later
@@ -225,9 +226,10 @@ def inspect(
                 _say(f"written: {save_config(file, told)}")
         except UndertowError as reason:
             bad += 1
-            _say(str(reason) if str(file) in str(reason) else f"{file}: {reason}")
+            _say(f"undertow: {reason if str(file) in str(reason) else f'{file}: {reason}'}")
     if bad:
-        raise typer.Exit(FAILED if bad == len(files) else SOME_FAILED)
+        none = FAILED if any(file.exists() for file in files) else USAGE
+        raise typer.Exit(none if bad == len(files) else SOME_FAILED)
 
 
 @app.command()
@@ -335,7 +337,6 @@ def fetch(
 ) -> None:
     """Download a public record: checksums are compared, a download that was cut goes on."""
     from undertow.campaign.fetch.records import fetch as fetch_files
-
     with _progress(quiet) as progress:
         for file in fetch_files(source, into, checksum=checksum, progress=progress):
             typer.echo(str(file))
@@ -350,7 +351,6 @@ def terms(
 ) -> None:
     """List every term: its law, unit, source, what it looks like when left out; then other names in verdicts."""
     from undertow.campaign.terms import describe_terms
-
     typer.echo(describe_terms(names or ()))
 
 

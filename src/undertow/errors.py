@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sized
 from dataclasses import dataclass
 from reprlib import Repr
 
@@ -54,14 +55,21 @@ class NotFittedError(UndertowError, AttributeError):
 
 
 def shown(value: object) -> str:
-    """What was given as a message shows it, also where its own text cannot be made.
+    """What was given as a message shows it in one line, also where its own text cannot be made: data by their kind and
+    size.
 
-    >>> shown(3.0), shown(["a"])
-    ('3.0', "['a']")
+    >>> shown(3.0), shown(["a"]), shown(memoryview(b"abc"))
+    ('3.0', "['a']", 'memoryview of shape (3,)')
     """
+    kind, shape = type(value).__name__, getattr(value, "shape", None)
+    if isinstance(shape, tuple) and shape:
+        return f"{kind} of shape {shape}"
     safe = Repr()
     safe.maxother = safe.maxstring = 200
-    return safe.repr(value)
+    text = safe.repr(value)
+    if "\n" not in text:
+        return text
+    return f"{kind} of {len(value)} entries" if isinstance(value, Sized) else kind
 
 
 FAILURES = (ValueError, ArithmeticError)

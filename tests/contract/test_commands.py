@@ -275,8 +275,29 @@ def test_inspect_goes_on_after_a_file_it_cannot_read(capsys: Capture, tmp_path: 
     said = undertow(capsys, "inspect", tmp_path / "nope.csv", tmp_path / "good.csv")
     assert said.code == 3
     assert "550 samples" in said.out
-    assert re.match(r"\S*nope\.csv is not there; check the path", said.err)
-    assert undertow(capsys, "inspect", tmp_path / "nope.csv").code == 1
+    assert re.match(r"undertow: \S*nope\.csv is not there; check the path", said.err)
+    assert undertow(capsys, "inspect", tmp_path / "nope.csv").code == 2
+    (tmp_path / "words.csv").write_text("no numbers\n")
+    assert undertow(capsys, "inspect", tmp_path / "words.csv").code == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("run", "c.yaml", "--out", ""), "--out is empty, as an unset shell variable is; give a path, or leave it out"),
+        (("run", "c.yaml", "--out="), "--out is empty"),
+        (("audit", "c.yaml", "--out", ""), "--out is empty"),
+        (("init", ""), "the word after 'init' is empty"),
+    ],
+)
+def test_a_path_that_is_empty_is_not_this_folder(capsys, tmp_path, monkeypatch, words, said):
+    campaign = make_campaign(tmp_path, [0.03])
+    (tmp_path / "c.yaml").write_text(campaign.config.read_text())
+    monkeypatch.chdir(tmp_path)
+    before = sorted(tmp_path.rglob("*"))
+    got = undertow(capsys, *words)
+    assert (got.code, said in got.err) == (2, True), got.err
+    assert sorted(tmp_path.rglob("*")) == before
 
 
 # ---------------------------------------------------------------- compare

@@ -122,3 +122,5 @@ def test_a_folder_without_decisions_is_said(tmp_path, capsys, text):
     said = undertow(capsys, "explain", tmp_path)
     assert said.code == (2 if text is None else 1)  # as of `compare`: a wrong folder is usage, a spoiled file a failure
     assert "holds no finished run with its decisions" in said.err
+    assert "Expecting" not in said.err
+    assert ("it breaks off or is changed in line 1" in said.err) == (text == "{")

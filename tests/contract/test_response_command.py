@@ -259,7 +259,7 @@ def test_a_body_on_a_shaking_table_lacks_the_waters_drag_and_groups_have_equatio
         ("identify:", "trials: {dry: {water: no}}\nidentify:", r"trials\.dry has no effect on a harmonic set"),
         ("  response:", "  channels: {time: {rate_hz: 1.0}}\n  response:", "channels and response; a harmonic set has"),
         ("    force", "    sweep: {}\n    force", "sweep has column None and by None; give exactly one"),
-        ("    force", "    sweep: sideways\n    force", "sweep is 'sideways' but should be 'order', 'up' or 'down'$"),
+        ("    force", "    sweep: sideways\n    force", "sweep is 'sideways' but should be 'order', 'up', 'down' or k"),
         ("    force", "    stderr: {unit: mm}\n    force", "stderr has column None and value None"),
     ],
 )

@@ -16,7 +16,7 @@ from undertow.conditioning.driven import DrivenTrial
 from undertow.conditioning.driven_records import driven_record
 from undertow.conditioning.scale import driven_out_of_scale
 from undertow.equation.driven_laws import find_driven
-from undertow.errors import IdentificationError, NotFittedError, RecordingError
+from undertow.errors import ConfigError, IdentificationError, NotFittedError, RecordingError
 from undertow.likelihood.driven import DrivenLaws
 from undertow.methods.driven import fit_driven
 
@@ -66,6 +66,10 @@ def test_a_driven_body_is_simulated_from_a_state_under_an_input(capsys):
     assert found.simulate([0.05, 0.3], t, u) == pytest.approx(exact, abs=5e-5)
     assert found.simulate(0.05, STEP, u, v0=0.3) == pytest.approx(exact, abs=5e-5)
     assert found.score(x, t=t, u=u) > 0.99
+    own = 1.0 - found.rms / np.sqrt(np.mean(x**2))
+    assert found.score() == pytest.approx(own)
+    with pytest.raises(RecordingError, match="x, t of a record is given alone; give x, t and u, or none of them"):
+        found.score(x, t=t)
 
 
 def test_discover_takes_an_input_as_pysindy_does():
@@ -94,6 +98,7 @@ def test_a_driven_discover_says_predicts_and_scores_what_it_found():
     ahead = found.predict(other[2], t=STEP, u=other[1])
     assert np.sqrt(np.mean((ahead[0] - other[2]) ** 2)) < 1.2 * NOISE
     assert found.score(other[2], t=STEP, u=other[1]) > 0.99
+    assert found.score() > 0.99
     assert found.simulate([0.05, 0.0], t, u)[0] == pytest.approx(0.05)
     with pytest.raises(NotFittedError, match=r"fitted to a driven body .* it has equations\(\), parameters"):
         _ = found.coefficients_
@@ -157,6 +162,38 @@ def test_velocity_beside_displacement_is_left_alone():
     t, u, x = shaken(0)
     both = undertow.fit_driven(np.column_stack([x, np.gradient(x, t)]), t=t, u=u)
     assert both.numbers == undertow.fit_driven(x, t=t, u=u).numbers
+
+
+@pytest.mark.parametrize(
+    ("settings", "error", "match"),
+    [
+        ({"held": {"mass": 8.0}}, ConfigError, "'mass' is no number of this equation; it has mass_kg, stiffness.k_N_p"),
+        ({"starts": {"foo": 1.0}}, ConfigError, "'foo' is no number of this equation; it has mass_kg, "),
+        ({"held": {"mass_kg": "4"}}, ConfigError, "held says that mass_kg is '4'; give a finite number"),
+        ({"starts": [1.0]}, ConfigError, r"starts is \[1.0\]; give numbers by name"),
+        ({"held": {"mass_kg": 2.0, "stiffness.k_N_per_m": 50.0, "viscous_damping.c_Ns_per_m": 1.0}},
+         IdentificationError, "all 3 numbers .* are held, and nothing is left to be found; leave one out"),
+        ({"frame": "foo"}, ConfigError, "frame is 'foo'; give one of absolute, relative"),
+        ({"quantity": "foo"}, ConfigError, "quantity is 'foo'; give one of force, base_displacement"),
+        ({"hold": "foo"}, ConfigError, "hold is 'foo'; give one of zero, first, band_limited"),
+        ({"equation": "stiffness"}, ConfigError, "equation is the single 'stiffness'; give a list of names"),
+    ],
+)  # fmt: skip
+def test_an_argument_of_a_driven_fit_that_means_nothing_is_refused(settings, error, match):
+    t, u, x = shaken(0)
+    with pytest.raises(error, match=match):
+        undertow.fit_driven(x, t=t, u=u, **settings)
+
+
+def test_another_signal_beside_the_displacement_is_not_dropped_without_a_word():
+    t, u, x = shaken(0)
+    two = np.column_stack([x, shaken(1)[2]])
+    said = r"x has the shape \(2000, 2\), and what stands beside its first column is not its velocity; give one displ"
+    for given, drive in ((two, u), ([two, two], [u, u]), (np.column_stack([x, 0.0 * x]), u)):
+        with pytest.raises(RecordingError, match=said):
+            undertow.fit_driven(given, t=STEP, u=drive)
+    with pytest.raises(RecordingError, match=said):
+        undertow.Discover(known=("stiffness", "viscous_damping")).fit(two, t=t, u=u)
 
 
 def test_arrays_that_do_not_fit_together_are_refused():

@@ -15,7 +15,7 @@ import pytest
 import undertow
 from undertow.equation.equation import Equation
 from undertow.equation.structure import Stiffness
-from undertow.errors import ConfigError, IdentificationError, UndertowError
+from undertow.errors import ConfigError, IdentificationError, RecordingError, UndertowError
 from undertow.uncertainty.posterior import posterior_draws
 
 MASS_KG = 4.0
@@ -55,6 +55,41 @@ def test_where_nobody_knows_whether_a_logger_averages_errors_hold_both():
         seen.append((row["value"] - 3000.0) / row["stderr"])
     # the two differ by 3.5 N/m^3, 7 standard errors of the noise alone
     assert max(map(abs, seen)) < 3.0
+
+
+def test_a_mass_that_a_stated_stiffness_makes_twice_the_stated_one_is_doubted_by_fit_too(trials):
+    found = undertow.fit(trials, TERMS, mass_kg=MASS_KG, stiffness_N_per_m=800.0)
+    (doubt,) = found.doubts
+    assert doubt.startswith("moving mass over stated mass, in an equation without added mass, ")
+    assert float(doubt.split("mass, ")[2].split()[0]) == pytest.approx(2.0, abs=1e-3)
+    assert "lies outside 0.9 to 1.3: look at mass_kg and stiffness_N_per_m, the load cells" in doubt
+    assert f"! {doubt}" in str(found)
+    assert undertow.fit(trials, TERMS, mass_kg=MASS_KG, stiffness_N_per_m=400.0).doubts == ()
+
+
+def test_a_release_in_another_unit_is_blamed_on_the_unit_and_not_on_a_sign():
+    law = {"stiffness": 400.0, "viscous_damping": 1.0, "quadratic_drag": 6.0}
+    x = undertow.simulate(law, x0=0.1, mass_kg=MASS_KG, rate_hz=100.0, duration_s=20.0).x
+    x = x + NOISE_M * np.random.default_rng(0).standard_normal(x.size)
+    found = undertow.fit(x, TERMS, t=0.01, units={"x": "m"})
+    said = r"trial trial_1 is released from 100 m, 1000 times the largest that was fitted .*: look at the unit"
+    with pytest.raises(IdentificationError, match=said):
+        found.score(1000.0 * x, t=0.01, units={"x": "m"})
+
+
+def test_dry_arrays_are_said_to_need_a_read_of_their_own(trials):
+    x = np.asarray(trials[0].recording.channels["displacement"])
+    with pytest.raises(RecordingError, match=r"dry is of type ndarray; .* give dry=undertow\.read\(dry, t="):
+        undertow.fit(trials, TERMS, mass_kg=MASS_KG, dry=x)
+
+
+def test_an_error_of_a_fit_names_no_key_of_a_config(trials, monkeypatch):
+    def none(*given: object) -> None:
+        raise IdentificationError("output error cannot start: set trials.window, or specimen.mass_kg")
+
+    monkeypatch.setattr("undertow.front.fitting.fit_group", none)
+    with pytest.raises(IdentificationError, match=r"cannot start: set window=\(start_s, end_s\), or mass_kg$"):
+        undertow.fit(trials, TERMS)
 
 
 # ---------------------------------------------------------------- results as Python's own objects
@@ -176,7 +211,7 @@ def test_an_equation_that_is_none_is_refused(trials):
         undertow.fit(trials, abs)
     with pytest.raises(ConfigError, match="equation has 0 terms; name some"):
         undertow.fit(trials, [])
-    with pytest.raises(ConfigError, match=r"specimen.mass_kg.*is -1"):
+    with pytest.raises(ConfigError, match=r"^mass_kg is -1 kg but must be larger than 0"):
         undertow.fit(trials, TERMS, mass_kg=-1.0)
 
 

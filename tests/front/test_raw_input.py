@@ -13,7 +13,10 @@ import pytest
 
 import undertow
 from undertow.campaign.run.folder import run_to_folder
+from undertow.comparison.beliefs import Belief
 from undertow.errors import ConfigError, IdentificationError, RecordingError, UndertowError
+from undertow.front.handover.exchange import equation_from_json
+from undertow.front.trials import in_arguments
 
 LAW = {"stiffness": 400.0, "viscous_damping": 2.0}
 TERMS = list(LAW)
@@ -199,6 +202,32 @@ discrepancy: {suspects: []}
 """
 
 
+@pytest.mark.parametrize(
+    ("t", "units", "said"),
+    [
+        (TIMES, {}, "t has times with a sample every 0.01 s, which is 100 Hz, but rate_hz is 50 Hz; leave one"),
+        (0.01, {}, "t is a step of 0.01 s, which is 100 Hz, but rate_hz is 50 Hz; leave one of the two out"),
+        (1e3 * TIMES, {"t": "ms"}, "a sample every 0.01 s, which is 100 Hz, but rate_hz is 50 Hz"),
+    ],
+)
+def test_a_rate_that_contradicts_the_times_of_an_array_is_refused(t, units, said):
+    with pytest.raises(RecordingError, match=said):
+        undertow.read(decay(), t=t, rate_hz=50.0, units={"x": "m", **units})
+    agreed = undertow.read(decay(), t=t, rate_hz=100.0, units={"x": "m", **units})
+    assert agreed[0].recording.rate_hz == pytest.approx(100.0)
+
+
+@pytest.mark.parametrize("empty", [np.nan, None])
+def test_a_channel_of_which_no_value_is_there_is_said_to_be_left_out(tmp_path, empty):
+    table = pd.DataFrame({"t": TIMES, "x": decay(), "a": empty})
+    table.to_csv(tmp_path / "r1.csv", index=False)
+    array = np.column_stack([decay(), np.gradient(decay(), TIMES), np.full(TIMES.size, np.nan)])
+    for source, settings in ((table, {}), (tmp_path / "r1.csv", {}), (array, {"t": 0.01})):
+        units = {"x": "m", "v": "m/s"} if settings else {"x": "m"}
+        (doubt,) = undertow.read(source, units=units, **settings).doubts
+        assert doubt.endswith("acceleration has no values: left out in this trial")
+
+
 def test_a_config_whose_rate_contradicts_the_files_is_not_run(tmp_path):
     path = files(tmp_path, "t,Weg") / "c.yaml"
     path.write_text(CONFIG)
@@ -231,12 +260,99 @@ def test_a_start_that_is_no_number_is_refused_with_its_type(given):
         ({"resamples": -1}, "resamples is -1; give how many"),
         ({"resamples": 2.5}, r"resamples is 2\.5; give how many"),
         ({"rival_difference": "x"}, "rival_difference is 'x'; give a difference of the criterion"),
+        ({"signs": "no"}, "signs is 'no'; give True or False"),
+        ({"beliefs": [3]}, r"beliefs holds 3, of type int; give a list of undertow\.comparison\.beliefs\.Belief"),
+        ({"beliefs": {"stiffness": 3}}, "beliefs holds {'stiffness': 3}, of type dict; give a list of"),
+        ({"beliefs": ("stiffness",)}, "beliefs holds 'stiffness', of type str; give a list of"),
+        ({"beliefs": Belief({"stiffness": 1.0}, 100.0, 1.0)}, "beliefs is one Belief; give a list of them"),
         ({"scatter": {"stiffness": 10.0}}, r"scatter of 'stiffness' is 10, relative, and is 0\.5 at most: 10 %"),
     ],
 )
 def test_a_setting_of_discover_that_is_no_number_is_refused_by_its_name(trials, settings, said):
     with pytest.raises(IdentificationError, match=said):
         quick(**settings).fit(trials)
+
+
+@pytest.mark.parametrize("seed", ["x", -1, 1.5])
+def test_a_seed_that_is_none_is_refused_wherever_something_is_drawn(seed, trials, fitted, discovered):
+    run = undertow.simulate(LAW, x0=0.1, mass_kg=4.0, times=TIMES)
+    said = rf"seed is {seed!r}; give an integer from 0 on"
+    for draw in (
+        lambda: fitted.predict(trials, seed=seed), lambda: fitted.posterior(10, seed=seed),
+        lambda: discovered.posterior(10, seed=seed), lambda: run.recorded(seed=seed),
+    ):  # fmt: skip
+        with pytest.raises(UndertowError, match=said):
+            draw()
+    with pytest.raises(UndertowError, match=f"random_state is {seed!r}; give an integer"):
+        quick(random_state=seed).fit(trials)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda f, trials: undertow.simulate(f, 0.1, mass_kg=8.0), "mass_kg is 8, but equation, of type Fitted, has a mass"),
+        (lambda f, trials: undertow.simulate(LAW, 0.1, mass_kg="4"), "mass_kg is '4', of type str; give a number in"),
+        (lambda f, trials: undertow.simulate(LAW, 0.1, mass_kg=4.0, duration_s=1e12), "9.55e.13 samples; at most 100"),
+        (lambda f, trials: f.print("a"), "precision is 'a'; give how many decimals, 0 or more"),
+        (lambda f, trials: f.equations(-1), "precision is -1; give how many decimals"),
+        (lambda f, trials: f.simulate(0.1).recorded(noise_m=-1.0), "noise_m is -1; give 0 or more"),
+        (lambda f, trials: undertow.fit(trials[9:], TERMS), "source holds 0 trials; choose one at least"),
+        (lambda f, trials: undertow.fit(trials, LAW), "equation gives numbers of stiffness, viscous_damping, and a fi"),
+        (lambda f, trials: undertow.fit(trials, f), "equation is the single Fitted; give a list of names"),
+        (lambda f, trials: undertow.fit(trials, TERMS, u=[decay()] * 9), "u is list of 9 entries, but nothing is called"
+         r" so; a body that an input drives is fitted by undertow\.fit_driven"),
+        (lambda f, trials: undertow.fit(trials, TERMS, foo=decay()), r"foo is ndarray of shape \(600,\), but nothing"),
+        (lambda f, trials: undertow.diagnose(trials, TERMS, jobs=-2), "jobs is -2; give how many processes, or 0 for"),
+        (lambda f, trials: undertow.read([decay()] * 2, t=0.01, units={"x": "m"}, names=["a", "a"]),
+         "names has 'a' 2 times; give each trial its own"),
+        (lambda f, trials: equation_from_json(Path("d.json")), "text is of type PosixPath; give what to_json"),
+    ],
+)  # fmt: skip
+def test_a_value_that_means_nothing_is_refused_in_a_sentence(call, said, fitted, trials):
+    with pytest.raises(UndertowError, match=said) as caught:
+        call(fitted, trials)
+    assert "\n" not in str(caught.value)
+
+
+def test_terms_known_that_are_one_law_are_named(trials):
+    given = quick(terms=["stiffness", "viscous_damping", "linear_damping"], known=("viscous_damping", "linear_damping"))
+    with pytest.raises(IdentificationError, match="known terms viscous_damping, linear_damping are combinations"):
+        given.fit(trials)
+
+
+@pytest.mark.parametrize("form", ["%Y-%m-%d %H:%M:%S.%f", "%d.%m.%Y %H:%M:%S.%f"])
+def test_a_column_of_texts_of_dates_is_a_time(form):
+    clock = pd.date_range("2024-01-01", periods=TIMES.size, freq="10ms")
+    seen = undertow.read(pd.DataFrame({"t": clock.strftime(form), "x": decay()}), units={"x": "m"})[0].recording
+    assert seen.rate_hz == pytest.approx(100.0)
+    spoiled = clock.strftime(form).to_series(index=range(TIMES.size))
+    spoiled[3] = "??"
+    with pytest.raises(RecordingError, match=r"column 't' holds what is no number, .*write None or NaN where a value"):
+        undertow.read(
+            pd.DataFrame({"t": spoiled, "x": decay()}), {"time": "t", "displacement": "x"}, {"x": "m"}
+        )
+
+
+def test_what_is_noted_of_arrays_names_arguments_and_no_keys_of_a_config():
+    said = in_arguments("x: 3 samples look like spikes; state recordings.despike if they are")
+    assert said == "x: 3 samples look like spikes; write NaN in their place if they are"
+    spiky = decay()
+    spiky[200:500:60] += 0.05
+    assert not any("recordings." in note for note in undertow.read(spiky, t=0.01, units={"x": "m"}).notes)
+
+
+def test_a_copy_that_is_added_is_no_more_evidence(trials):
+    both = trials + trials
+    assert both.names == trials.names
+    assert [one.reason.partition(", ")[0] for one in both.failed] == [
+        f"trial {name} is the same recording as {name}" for name in trials.names
+    ]
+    assert (trials[:1] + trials[1:]).failed == ()
+
+
+def test_a_discover_from_a_pickle_can_be_printed(discovered):
+    again = pickle.loads(pickle.dumps(discovered))  # noqa: S301 - our own bytes
+    assert str(again) == str(discovered) == again.fit_report()
 
 
 def test_a_misspelt_parameter_is_a_value_error_that_names_the_nearest():

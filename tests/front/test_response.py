@@ -198,6 +198,9 @@ def test_a_response_can_be_drawn():
         ({"force": 0.0}, RecordingError, "the force is 0 N at 54 points"),
         ({"equation": ("stiffness", "relaxation")}, ConfigError, "'relaxation' keeps a state from one period"),
         ({"held": {"stiffness": 4.0}}, ConfigError, "'stiffness' is no number of this equation; it has mass_kg, "),
+        ({"held": {"mass_kg": "4"}}, ConfigError, "held says that mass_kg is '4'; give a finite number"),
+        ({"held": TRUTH}, IdentificationError, "all 5 numbers .* are held, and nothing is left to be found; leave one"),
+        ({"equation": "stiffness"}, ConfigError, "equation is the single 'stiffness'; give a list of names"),
         ({"sigma": -1.0}, UndertowError, "sigma: 1 of 1 errors are not above zero"),
     ],
 )
@@ -209,6 +212,16 @@ def test_a_set_that_does_not_fit_together_is_refused_in_a_sentence(change, error
         undertow.fit_response(**arguments)
 
 
+def test_what_was_fitted_to_a_set_is_asked_for_its_response():
+    f, amplitude, phase = measured(0)
+    found = undertow.fit_response(f, amplitude, phase, force=FORCE, equation=LAWS)
+    assert found.equation.mass_kg == found.numbers["mass_kg"].value
+    again = undertow.frequency_response(found, FREQUENCIES[:6], force=FORCE).table
+    law = dict(zip(LAWS, found.equation.coefficients, strict=True))
+    by_numbers = undertow.frequency_response(law, FREQUENCIES[:6], force=FORCE, mass_kg=found.equation.mass_kg).table
+    pd.testing.assert_frame_equal(again, by_numbers)
+
+
 def test_more_unknowns_than_values_are_refused():
     f, amplitude, phase = (part[:2] for part in measured(0))
     with pytest.raises(IdentificationError, match=r"5 numbers are unknown .* and 2 points hold 4 measured values"):
@@ -218,6 +231,7 @@ def test_more_unknowns_than_values_are_refused():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        ({"force": [1.0, 2.0]}, r"force has the shape \(2,\), frequency_Hz \(1,\); give one or as many"),
         ({"frequency_Hz": [0.5, -1.0]}, "frequency_Hz: 2 values, not all finite and above zero"),
         ({"force": 0.0}, "force: amplitudes must be finite and not zero"),
         ({"sweep": "sideways"}, "sweep is 'sideways'; it is 'up' or 'down'"),

@@ -162,6 +162,8 @@ def test_without_dry_trials_no_trial_is_dry(tmp_path: Path, dry: str) -> None:
         ("column: t,", "column: t, rate_hz: 10,", r"line 5: time has column 't' and rate_hz 10\.0; give exactly one"),
         ("    displacement: {column: x, unit: mm}\n", "", r"line 4: channels has neither displacement nor velocity"),
         ("  index: data/campaign.csv", "  skip_rows: 1", r"line 2: recordings has index None and files None"),
+        ("name: small", "name: small\nidentify: sindy", r"line 2: identify is 'sindy' but should be a list"),
+        ("name: small", "name: small\ndiscrepancy: {suspects: drag}", "is 'drag' but should be 'all' or a list"),
         ("mass_kg: 2637.4", "mass_kg: heavy", r"line 12: specimen\.mass_kg is 'heavy' but should be a valid number"),
         ("mass_kg: 2637.4", "mass_kg: true", r"line 12: specimen\.mass_kg is True but"),
         ("mass_kg: 2637.4", "mass_kg: .nan", r"line 12: specimen\.mass_kg is nan but should be a finite number"),
@@ -265,6 +267,7 @@ def test_overrides_reach_every_depth_and_are_read_as_yaml(tmp_path: Path) -> Non
     ("override", "said"),
     [
         ("seed=abc", "--set seed=abc: seed is 'abc' but should be a valid integer"),
+        ("trials.window=[5, 1]", r"trials.window is \[5, 1\] but should be 'auto' or keys with values"),
         ("seeed=1", "--set seeed=1: unknown key 'seeed' in the config; did you mean 'seed'"),
         ("seed", "--set seed: it must read key.key=value"),
         ("seed..x=1", "it must read key.key=value"),

@@ -113,6 +113,11 @@ def test_an_index_whose_name_no_file_system_takes_is_not_there(tmp_path: Path) -
         read_index(tmp_path / ("x" * 3000))
 
 
+def test_a_folder_is_no_index(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"recordings\.index .* is a folder; give the table that lists the trials"):
+        read_index(tmp_path)
+
+
 def workbook(path: Path, rows: list[list[object]], **more: list[list[object]]) -> Path:
     """An index as Excel saves it; ``more`` are further sheets."""
     book = openpyxl.Workbook()

@@ -6,16 +6,17 @@ decays can hold too (structure.py and its neighbours), hysteresis (driven_hyster
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from numbers import Real
+from typing import Any, ClassVar
 
 import numpy as np
 
 from undertow.equation import registry
 from undertow.equation.driven_hysteresis import HYSTERESES
 from undertow.equation.term import Array, Term
-from undertow.errors import ConfigError
+from undertow.errors import ConfigError, IdentificationError, shown
 from undertow.quantities import Mover, Parameter
 
 THROUGH_WATER: Mapping[Mover, Mapping[str, tuple[str, ...]]] = {
@@ -134,6 +135,34 @@ def places(terms: Sequence[Term], mover: Mover | None = None) -> tuple[DrivenUnk
             own = others.get(slot, (slot,)) if term.relative_to == "water" else (slot + suffix,)
             out.append(DrivenUnknown(f"{label}.{parameter.name}", parameter, own, term))
     return tuple(out)
+
+
+def numbers_to_find(
+    names: Sequence[str], held: Any, starts: Any, asked: Sequence[str] = (), usual: Collection[str] = ()
+) -> list[str]:
+    """Which of an equation's numbers (``names``) are to be found: those that are not ``held``, also not as ``usual``;
+    and of those that are found where a start is given alone (``asked``, an input's delay) those with one in ``starts``.
+
+    Raises ConfigError where ``held`` or ``starts`` is no mapping of these names to numbers, IdentificationError where
+    nothing is left to be found.
+
+    >>> numbers_to_find(["mass_kg", "stiffness.k_N_per_m"], {"mass_kg": 4.0}, {})
+    ['stiffness.k_N_per_m']
+    """
+    for argument, said in (("held", held), ("starts", starts)):
+        if not isinstance(said, Mapping):
+            raise ConfigError(f"{argument} is {shown(said)}; give numbers by name, as in {{{names[0]!r}: 4.0}}")
+        for name, value in said.items():
+            if name not in (*names, *asked):
+                raise ConfigError(f"{name!r} is no number of this equation; it has {', '.join(names)}")
+            if isinstance(value, bool) or not isinstance(value, Real) or not np.isfinite(float(value)):
+                raise ConfigError(f"{argument} says that {name} is {shown(value)}; give a finite number")
+    free = [name for name in (*names, *(one for one in asked if one in starts)) if name not in {*held, *usual}]
+    if not free:
+        raise IdentificationError(
+            f"all {len(names)} numbers ({', '.join(names)}) are held, and nothing is left to be found; leave one out"
+        )
+    return free
 
 
 def _must_hold(term: Term, mover: Mover) -> None:

@@ -25,8 +25,9 @@ from undertow.recording.propose import (
 )
 from undertow.recording.recording import CHANNELS, Array, Coordinate
 from undertow.recording.stacked import stacked
+from undertow.recording.stamps import is_stamp
 from undertow.recording.text import is_number
-from undertow.recording.units import KNOWN, factor_to_si, is_unit_of
+from undertow.recording.units import KNOWN, factor_to_si, is_unit_of, si_unit
 
 Columns = Mapping[str, Column | Sequence[Column]]
 """Quantity (displacement, acceleration, spring_force, ..., time) -> its column, or several that are summed."""
@@ -88,6 +89,10 @@ def mapped(
         raise RecordingError(f"the table {several}")
     wanted = {quantity: _unit(quantity, names, said, units or {}) for quantity, names in chosen.items()}
     turned = coordinate or _coordinate(wanted)
+    if columns is None:
+        for quantity, names in _hollow(table, said, chosen).items():
+            chosen[quantity] = names
+            wanted[quantity] = (units or {}).get(quantity) or said.get(names[0]) or si_unit(quantity, turned)
     for quantity, unit in wanted.items():
         factor_to_si(unit, quantity, turned)
     channels = {quantity: ChannelSpec(names, wanted[quantity]) for quantity, names in chosen.items()}
@@ -138,7 +143,7 @@ def _first_text(cells: pd.Series) -> str:
     wrong = (_converted(cells).isna() & cells.notna()).to_numpy()
     at = int(wrong.argmax())
     cell = cells.iloc[at]
-    comma = isinstance(cell, str) and is_number(cell.strip(), ",")
+    comma = isinstance(cell, str) and is_number(cell.strip(), ",") and not is_stamp(cell)
     advice = (
         "numbers have a decimal comma: read the file with decimal=',', or give undertow.read its path" if comma
         else "write None or NaN where a value is missing, and leave out rows that are none of the recording"
@@ -256,6 +261,19 @@ def _named(
     if time is None and rate_hz is None:
         raise RecordingError(f"columns names {', '.join(chosen)} but no time; add its column or give rate_hz=...")
     return chosen, time[0] if time else None
+
+
+def _hollow(
+    table: pd.DataFrame, said: Mapping[Column, str], chosen: Mapping[str, tuple[Column, ...]]
+) -> dict[str, tuple[Column, ...]]:
+    """Channels beside those ``chosen`` whose columns by their names would be one and hold no value: they are read, so
+    that it is said that nothing is there."""
+    empty = [column for column in table.columns if table[column].isna().all()]
+    if not empty or not len(table):
+        return {}
+    swings = np.sin(np.arange(len(table)))  # any numbers: the names and units alone are to decide
+    found = propose_mapping(pd.DataFrame({column: swings for column in empty}), said).channels
+    return {name: spec.columns[:1] for name, spec in found.items() if name in CHANNELS and name not in chosen}
 
 
 def _unit(quantity: str, names: Sequence[Column], said: Mapping[Column, str], units: Units) -> str:

@@ -6,12 +6,10 @@ Belongs here: what `fit` may be given, tables, figures and hand-over of what it 
 
 from __future__ import annotations
 
-import difflib
 import html
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from inspect import signature
-from numbers import Real
 from typing import Any, Self, Unpack, cast
 
 import numpy as np
@@ -26,18 +24,19 @@ from undertow.conditioning.motion import Motion
 from undertow.equation.equation import Equation
 from undertow.equation.general import place_of, placed_equation, placed_terms
 from undertow.equation.registry import catalogue
-from undertow.errors import IdentificationError, RecordingError, UndertowError, shown
+from undertow.errors import IdentificationError, RecordingError, UndertowError
 from undertow.front.columns import Columns, Units
 from undertow.front.diagnosing import diagnose
-from undertow.front.driving import Driven
-from undertow.front.found_equation import FoundEquation, every_trial, mean_score
+from undertow.front.discover_settings import must_be_settings, no_setting, with_names
+from undertow.front.driving import Driven, must_be_displacements
+from undertow.front.found_equation import FoundEquation, beside_what_was_fitted, every_trial, mean_score
 from undertow.front.in_memory import are_arrays, one_clock
 from undertow.front.known import ReadSettings
 from undertow.front.prediction import Prediction, normal_thetas, predict, scatter_of
 from undertow.front.reading import read
 from undertow.front.tables import parameter_table
 from undertow.front.to_arviz import to_arviz
-from undertow.front.trials import Trials
+from undertow.front.trials import Trials, in_pythons_words
 from undertow.likelihood.free_run import FreeRun
 from undertow.quantities import Hold
 from undertow.recording.recording import Array
@@ -53,12 +52,10 @@ from undertow.report.trial_curves import (
 )
 from undertow.uncertainty.confidence import INTERVAL_LEVEL, half_width
 from undertow.uncertainty.posterior import Draws
+from undertow.uncertainty.seeds import random_numbers
 
 SCATTERED = {law.name: law.structural for law in catalogue() if law.structural}
 """What a campaign calls the coefficients that differ from trial to trial."""
-
-PYSINDY = {"feature_library": "terms", "library": "terms", "equation": "terms", "seed": "random_state"}
-"""Settings by what they are called elsewhere."""
 
 OF_A_TABLE = ("rate_hz", "coordinate", "accept", "variable")
 """What `read` is told of every table, and not of a trial by its name or place."""
@@ -121,10 +118,11 @@ class Discover(FoundEquation, Estimator):
         """A new one; TypeError for a setting that it has not, with the nearest that it has."""
         known = list(signature(cls).parameters)
         if strange := [name for name in settings if name not in known]:
-            raise TypeError(_no_setting(cls.__name__, strange[0], known))
+            raise TypeError(no_setting(cls.__name__, strange[0], known))
         made: Self = super().__new__(cls)
         return made
 
+    @in_pythons_words
     def fit(
         self,
         trials: Any,
@@ -150,13 +148,12 @@ class Discover(FoundEquation, Estimator):
         search begins with ``known`` and gives ``driven_``: what was added, both equations, errors on unseen samples.
         """
         self.__dict__.pop("trials_", None)
-        shares = {} if self.scatter is None else self.scatter
-        if not isinstance(shares, Mapping) or not all(isinstance(one, Real) for one in shares.values()):
-            raise IdentificationError(f"scatter is {shown(shares)}; give shares by term, as in {{'stiffness': 0.004}}")
+        must_be_settings(self)
         if u is not None:
             for name, value in {"columns": columns, **reading}.items():
                 if value is not None:
                     raise RecordingError(f"{name} is {value!r}, but with u x is an array; give x, t and u as arrays")
+            must_be_displacements(trials, t)
             super().fit(trials, t=t, u=u, hold=hold, units=units)
             return self
         if strange := [name for name in reading if name not in ReadSettings.__annotations__]:
@@ -173,7 +170,11 @@ class Discover(FoundEquation, Estimator):
             ) from error
         kept = {name: value for name, value in reading.items() if name in OF_A_TABLE}
         self.failed_, self._given = self.trials_.failed, {"columns": columns, "units": units, "t": t, **kept}
-        super().fit(self.trials_)
+        self._doubts = self.trials_.doubts
+        try:
+            super().fit(self.trials_)
+        except IdentificationError as error:
+            raise IdentificationError(with_names(str(error), self._library())) from error
         return self
 
     def _searched_outside(self) -> Outside:
@@ -248,7 +249,9 @@ class Discover(FoundEquation, Estimator):
 
     def free_runs(self, trials: Any) -> tuple[FreeRun, ...]:
         """Each trial's free run with x0, clock and rest position fitted to it."""
-        return Estimator.free_runs(self, every_trial(trials, **self._as_fitted(trials)))
+        given = every_trial(trials, **self._as_fitted(trials))
+        with beside_what_was_fitted(given, getattr(self, "trials_", given)):
+            return Estimator.free_runs(self, given)
 
     def predict(
         self, trials: Any, *, t: ArrayLike | Sequence[ArrayLike] | None = None, columns: Columns | None = None,
@@ -271,7 +274,7 @@ class Discover(FoundEquation, Estimator):
     ) -> float:  # fmt: skip
         """1 less the mean free-run error of ``trials``, best trials that ``fit`` has not seen; given as ``fit`` takes
         them, its own where none are given. With ``u`` that of one driven record."""
-        if u is not None:
+        if u is not None or (trials is None and hasattr(self, "driven_")):
             return self._driven().score(trials, t=cast(ArrayLike, t), u=u, units=units)
         if trials is None:
             return self._own_score()
@@ -286,7 +289,7 @@ class Discover(FoundEquation, Estimator):
         some are given."""
         report = super().fit_report(read(trials) if len(trials) else ())
         unused = [f"not used: {one.reason}" for one in self.failed_]
-        doubts = [] if self.outside_ is not None else [f"! {one}" for one in self.trials_.doubts]  # it says them too
+        doubts = [] if self.outside_ is not None else [f"! {one}" for one in self._doubts]  # it says them too
         first, *rest = report.split("\n")
         return "\n".join([*unused, first, *doubts, *rest])
 
@@ -316,7 +319,7 @@ class Discover(FoundEquation, Estimator):
         self._fitted()
         numbers = self.structure_.numbers
         centre = np.array([e.value for e in numbers.values()])
-        drawn = np.random.default_rng(seed).multivariate_normal(
+        drawn = random_numbers(seed).multivariate_normal(
             centre, self.structure_.covariance, draws, method="eigh"
         )  # fmt: skip
         return Draws(dict(zip(numbers, drawn.T, strict=True)), float(draws), draws, "ok")
@@ -378,13 +381,3 @@ class Discover(FoundEquation, Estimator):
             first, *rest = str(self._driven()).split("\n")
             return "\n".join([sentence_of("x", self.driven_trials_, self.driven_), f"  {first}", *rest])
         return self.fit_report() if self.__sklearn_is_fitted__() else repr(self)
-
-
-def _no_setting(called: str, name: str, known: Sequence[str]) -> str:
-    """That there is no such setting, and where it belongs or which was meant."""
-    of_fit = ("t", "u", "hold", "columns", "units", *ReadSettings.__annotations__)
-    if name in of_fit:
-        return f"{called} has no setting {name!r}: say it in fit, as in {called}().fit(trials, {name}=...)"
-    near = PYSINDY.get(name) or next(iter(difflib.get_close_matches(name, known, n=1)), "")
-    meant = f"did you mean {near!r}? " if near else ""
-    return f"{called} has no setting {name!r}; {meant}it has {', '.join(known)}"

@@ -7,20 +7,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, get_args
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
+from scipy.signal import detrend
 
 from undertow.campaign.driven.run import ADEQUATE, far_away
 from undertow.conditioning.driven import DrivenTrial, Frame, Quantity
 from undertow.conditioning.driven_records import Inputs, Records, Times, UnitsSaid, driven_record, driven_records
 from undertow.conditioning.scale import driven_out_of_scale
 from undertow.discrepancy.words import percent
-from undertow.equation.driven_laws import find_driven
+from undertow.equation.driven_laws import find_driven, numbers_to_find
 from undertow.equation.term import Term
-from undertow.errors import IdentificationError
-from undertow.front.found_equation import start_state
+from undertow.errors import ConfigError, IdentificationError, RecordingError, shown
+from undertow.front.found_equation import STATES, must_be_decimals, start_state
+from undertow.front.known import named_terms
 from undertow.front.tables import parameter_lines, parameter_table
 from undertow.likelihood.driven import DrivenLaws, extent_of
 from undertow.methods.driven import DrivenFit
@@ -36,9 +39,21 @@ from undertow.methods.driven_equations import (
 from undertow.methods.driven_instrument import BesideInstrument, beside_instrument
 from undertow.methods.driven_shares import Told, shares_of
 from undertow.methods.driven_strokes import vary_by_stroke
-from undertow.quantities import OK, Estimate, Hold
-from undertow.recording.arrays import real_numbers
+from undertow.quantities import OK, Estimate, Hold, MovingQuantity
+from undertow.recording.arrays import instants, real_numbers
 from undertow.recording.recording import Array
+
+QUANTITIES: tuple[str, ...] = ("force", *get_args(MovingQuantity))
+FRAMES: tuple[str, ...] = get_args(Frame)
+HOLDS: tuple[str, ...] = get_args(Hold)
+"""What an input can be, what x is relative to where a base moves, and what the input is between samples."""
+
+ASKED = ("input_gain", "input_delay_s")
+"""Numbers of the input that are found where a start is given for them."""
+
+LIKE = 0.5
+"""Least correlation of a displacement with its velocity summed over time: noise leaves more, another signal far less.
+"""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -72,6 +87,7 @@ class Driven:
     def equations(self, precision: int | None = None) -> list[str]:
         """The equation in one line, with its laws' symbols, and its numbers with their errors, or with ``precision``
         decimals."""
+        must_be_decimals(precision)
         return [equation_text(written(self.fit, self.rms, self._size, self.trial), precision)]
 
     def print(self, precision: int | None = None) -> None:
@@ -131,9 +147,18 @@ class Driven:
         return simulate_driven(self._record(still, t, u, units), self._equation, begun, speed)
 
     def score(
-        self, x: ArrayLike, *, t: ArrayLike | float, u: ArrayLike, start: int = 50, units: UnitsSaid | None = None
-    ) -> float:
-        """1 less the free run's error (RMS over RMS displacement) on one record, best one that was not fitted."""
+        self, x: ArrayLike | None = None, *, t: ArrayLike | float | None = None, u: ArrayLike | None = None,
+        start: int = 50, units: UnitsSaid | None = None,
+    ) -> float:  # fmt: skip
+        """1 less the free run's error (RMS over RMS displacement) on one record, best one that was not fitted; the mean
+        over its own records where none is given."""
+        if x is None and t is None and u is None:
+            sizes = [float(np.sqrt(np.mean(trial.outputs[trial.main] ** 2))) for trial in self.trials]
+            shares = [self.fit.rms[trial.name] / size for trial, size in zip(self.trials, sizes, strict=True)]
+            return 1.0 - float(np.mean(shares))
+        if x is None or t is None or u is None:
+            given = ", ".join(name for name, one in (("x", x), ("t", t), ("u", u)) if one is not None)
+            raise RecordingError(f"{given} of a record is given alone; give x, t and u, or none of them")
         record = self._record(x, t, u, units)
         moved = record.outputs["displacement"]
         missed = predict_driven(record, self._equation, start).values - moved  # noqa: PD011
@@ -141,6 +166,7 @@ class Driven:
 
     def _record(self, x: ArrayLike, t: ArrayLike | float, u: ArrayLike, units: UnitsSaid | None) -> DrivenTrial:
         """Another record of the same kind."""
+        must_be_displacements(x, t)
         frame = self.trial.frames.get("displacement")
         return driven_record(x, t, u, self.trial.hold, self.trial.quantity, frame, units=units)
 
@@ -196,8 +222,41 @@ def fit_driven(
     >>> round(found.numbers["stiffness.k_N_per_m"].value, 2)
     50.0
     """
-    if not len(equation):
-        raise IdentificationError(f"equation names {len(equation)} terms; give at least one law beside the inertia")
-    terms = tuple(find_driven(term) if isinstance(term, str) else term for term in equation)
+    terms = named_terms(equation, find_driven)
+    if not terms:
+        raise IdentificationError(f"equation names {len(terms)} terms; give at least one law beside the inertia")
+    for name, said, known in (("quantity", quantity, QUANTITIES), ("frame", frame, FRAMES), ("hold", hold, HOLDS)):
+        if said is not None and said not in known:
+            raise ConfigError(f"{name} is {shown(said)}; give one of {', '.join(known)}")
+    laws = DrivenLaws(terms, {} if held is None else held, {} if starts is None else starts)
+    numbers_to_find(list(laws.units), laws.fixed, laws.starts, ASKED, laws.usual)
+    must_be_displacements(x, t)
     trials = driven_records(x, t, u, hold, quantity, frame, instrument, units)
-    return Driven(fit_trials(trials, DrivenLaws(terms, dict(held or {}), dict(starts or {}))), trials)
+    return Driven(fit_trials(trials, laws), trials)
+
+
+def must_be_displacements(x: Any, t: Any) -> None:
+    """RecordingError where a column stands beside a displacement that is not its velocity: it would be left out, and
+    nobody said what it is."""
+    many = isinstance(x, list | tuple) and len(x) > 0 and np.ndim(x[0]) > 0
+    times = t if many and isinstance(t, list | tuple) else [t] * (len(x) if many else 1)
+    for one, clock in zip(x if many else [x], times, strict=False):
+        if np.ndim(one) < STATES or isinstance(one, pd.DataFrame):
+            continue
+        moved = real_numbers(one, "x")
+        if moved.ndim != STATES or moved.shape[1] > STATES or not _goes_on(moved, clock):
+            raise RecordingError(
+                f"x has the shape {moved.shape}, and what stands beside its first column is not its velocity; give one "
+                "displacement (n,), with the velocity beside it or not; several records are a list of these"
+            )
+
+
+def _goes_on(moved: Array, clock: ArrayLike) -> bool:
+    """Whether the second column of (n, 2) is the velocity of the first: summed over time it goes as the first does."""
+    if moved.shape[1] < STATES or not np.all(np.isfinite(moved)):
+        return True
+    times = instants(clock)
+    steps = np.diff(times) if times.shape == moved.shape[:1] else np.ones(moved.shape[0] - 1)
+    gone = np.cumsum(0.5 * (moved[1:, 1] + moved[:-1, 1]) * steps)
+    both = detrend(moved[1:, 0]), detrend(gone)
+    return float(both[0] @ both[1]) > LIKE * float(np.linalg.norm(both[0]) * np.linalg.norm(both[1]))

@@ -14,14 +14,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from undertow.campaign.run.ranges import damped, out_of_range, stiffness_off
 from undertow.discrepancy.words import count, percent
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
-from undertow.front.found_equation import FoundNumbers, every_trial, mean_score
+from undertow.front.found_equation import FoundNumbers, beside_what_was_fitted, every_trial, mean_score
 from undertow.front.prediction import normal_thetas, scatter_of
 from undertow.front.tables import html_page, parameter_lines
-from undertow.front.trials import Trials
+from undertow.front.trials import Trials, in_arguments
 from undertow.likelihood.fit import Structure
 from undertow.likelihood.free_run import FreeRun, free_run
 from undertow.likelihood.scale import Anchor, structural_parameters
@@ -82,10 +83,11 @@ class Fitted(FoundNumbers):
         group, model = self.group, self.group.model
         trials = every_trial(trials)
         own_k = [m.name if m.name in model.stiffness else "" for m in trials]
-        return tuple(
-            free_run(m, model.theta(group.values, name), self._rest(m), laws=model.laws)
-            for m, name in zip(trials, own_k, strict=True)
-        )
+        with beside_what_was_fitted(trials, self.trials):
+            return tuple(
+                free_run(m, model.theta(group.values, name), self._rest(m), laws=model.laws)
+                for m, name in zip(trials, own_k, strict=True)
+            )
 
     def _rest(self, motion: Any) -> float:
         """Half width within which friction lets the body rest, m, or the rest position's own error."""
@@ -171,7 +173,15 @@ class Fitted(FoundNumbers):
                 f"not identified from these trials, of which each alone gives another number: {'; '.join(lost)}; a law "
                 "of another form may be behind it"
             )
-        return (*said, *self.anchor.doubts)
+        return (*said, *self._of_numbers(), *self.anchor.doubts)
+
+    def _of_numbers(self) -> list[str]:
+        """Numbers that no body has, or that are others than stated: the doubts of `undertow.diagnose`."""
+        numbers, specimen = self.estimates, self.group.model.specimen
+        spring = None if self.structure is None else self.structure.k
+        said = out_of_range(numbers, specimen, self.trials.motions)
+        said += [stiffness_off(spring or numbers.get("k_N_per_m"), specimen), damped(numbers)]
+        return [in_arguments(text) for text in said if text]
 
     @property
     def summary(self) -> str:

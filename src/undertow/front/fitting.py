@@ -19,12 +19,12 @@ from undertow.discrepancy.words import own_words
 from undertow.equation.equation import Equation
 from undertow.equation.registry import EQUATION_15
 from undertow.equation.term import Term
-from undertow.errors import FAILURES, IdentificationError
+from undertow.errors import FAILURES, IdentificationError, RecordingError
 from undertow.front.columns import Columns, Units
 from undertow.front.fitted import Fitted
 from undertow.front.known import RigAndRead, group_specimen, parted, terms_of, with_settings
 from undertow.front.reading import Source, agreeing, read
-from undertow.front.trials import Trials
+from undertow.front.trials import Trials, in_pythons_words
 from undertow.likelihood.fit import Specimen, Structure
 from undertow.likelihood.problem import TrialOptions
 from undertow.likelihood.scale import Anchor, choose_anchor, on_load_cells
@@ -36,6 +36,7 @@ from undertow.uncertainty.growth import grown_words
 from undertow.uncertainty.repeats import mean_of_trials
 
 
+@in_pythons_words
 def fit(
     trials: Source, equation: Sequence[str | Term] | Equation = EQUATION_15, *, dry: Source | None = None,
     t: ArrayLike | Sequence[ArrayLike] | None = None, columns: Columns | None = None, units: Units | None = None,
@@ -78,7 +79,7 @@ def fit(
     used = agreeing(given, config := with_settings(given.config, {"specimen": rig}))
     specimen = group_specimen(config, [m.recording.conditions for m in used])
     motions = sorted(used, key=lambda m: (m.amplitude, m.name))
-    structure = None if dry is None else _structure(read(dry), terms, specimen)
+    structure = None if dry is None else _structure(_dry_trials(dry), terms, specimen)
     anchor, notes = _anchor(specimen, structure, motions, terms)
     specimen = on_load_cells(specimen, anchor)
     model = group_model(terms, motions, specimen, structure, dry=False, anchored=anchor.known)
@@ -109,6 +110,17 @@ def _grown(found: GroupFit, motions: Sequence[Motion], options: TrialOptions) ->
             amplitudes.append(motion.amplitude)
     estimates, differ = grown(found.estimates, alone, amplitudes)
     return replace(found, estimates=estimates), grown_words(differ)
+
+
+def _dry_trials(dry: Source) -> Trials:
+    """The dry trials; RecordingError, which says that ``dry`` is meant, where they cannot be read."""
+    try:
+        return read(dry)
+    except RecordingError as error:
+        said = str(error).replace("source is", "dry is").partition("; give paths, ")[0]
+        raise RecordingError(
+            f"{said}; t, columns and units are of trials alone: give dry=undertow.read(dry, t=..., units=...)"
+        ) from error
 
 
 def _structure(dry: Trials, terms: Sequence[Term], specimen: Specimen) -> Structure:

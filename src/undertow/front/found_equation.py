@@ -6,14 +6,16 @@ Belongs here: the methods that `fit`, `Discover` and `diagnose` share. Does not 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from numbers import Integral
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from undertow.errors import RecordingError, UndertowError
+from undertow.errors import IdentificationError, RecordingError, UndertowError, shown
 from undertow.front.columns import Columns, Units
 from undertow.front.handover import HandOver
 from undertow.front.known import ReadSettings
@@ -29,6 +31,10 @@ from undertow.recording.arrays import real_numbers
 from undertow.report.trial_curves import draw_pairs
 from undertow.uncertainty.confidence import INTERVAL_LEVEL
 from undertow.uncertainty.posterior import Draws
+
+FAR = 10.0
+"""A release so many times the largest that was fitted is no trial of the same campaign: a unit is wrong, or nobody
+knows what the equation does there."""
 
 STATES = 2
 """Displacement and velocity: what a motion begins with."""
@@ -52,6 +58,7 @@ class FoundEquation(HandOver):
         >>> found.print()
         4 x'' + 400.05 x + 2.001 v = 0
         """
+        must_be_decimals(precision)
         if precision is None:
             return [self.equation.text(self._errors())]
         step = 10.0 ** (1 - precision)  # an error is shown with two digits
@@ -149,9 +156,34 @@ def every_trial(
     return found
 
 
+@contextmanager
+def beside_what_was_fitted(trials: Trials, own: Trials) -> Iterator[None]:
+    """Within the block an equation is run free on ``trials``: where it has no bounds, and one of them is released from
+    far beyond what was fitted (``own``), IdentificationError says so."""
+    try:
+        yield
+    except IdentificationError as error:
+        fitted = max(motion.amplitude for motion in own)
+        widest = max(trials, key=lambda motion: motion.amplitude)
+        if widest.amplitude < FAR * fitted:
+            raise
+        unit = widest.recording.unit("displacement")
+        raise IdentificationError(
+            f"trial {widest.name} is released from {widest.amplitude:.3g} {unit}, {widest.amplitude / fitted:.0f} "
+            f"times the largest that was fitted ({fitted:.3g} {unit}), and there the equation's motion leaves every "
+            "bound: look at the unit of its displacement"
+        ) from error
+
+
 def mean_score(runs: Sequence[FreeRun]) -> float:
     """1 less the mean error of free runs."""
     return 1.0 - float(np.mean([run.nrmse for run in runs]))
+
+
+def must_be_decimals(precision: Any) -> None:
+    """UndertowError where ``precision`` is neither None nor a number of decimals."""
+    if precision is not None and (not isinstance(precision, Integral) or precision < 0):
+        raise UndertowError(f"precision is {shown(precision)}; give how many decimals, 0 or more, as 3")
 
 
 def start_state(x0: ArrayLike, v0: float | None) -> tuple[float, float]:

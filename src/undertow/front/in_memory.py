@@ -20,6 +20,7 @@ from undertow.recording.arrays import instants, real_numbers
 from undertow.recording.propose import SLOW_S, speaks_of_time
 from undertow.recording.recording import Recording
 from undertow.recording.stamps import STAMPED, seconds_of_clock
+from undertow.recording.stated_rate import SAME_RATE, other_rate
 from undertow.recording.units import factor_to_si
 
 STATES = ("x", "v", "a")
@@ -156,6 +157,23 @@ def table_of(
         raise RecordingError(f"X has {values.shape[0]} rows but t has the shape {times.shape}; give one instant a row")
     table.insert(0, "t", times)
     return table, None, units
+
+
+def must_be_the_rate(
+    rate_hz: float, table: pd.DataFrame, by_step: float | None, units: Mapping[str, str] | None = None
+) -> None:
+    """RecordingError where a stated rate is not that of the times beside it, a column of the table or a step (its rate
+    in Hz, ``by_step``)."""
+    said = ""
+    if by_step is None:
+        clock = table[["t"]]
+        unit = next((unit for name, unit in (units or {}).items() if name in TIME), "")
+        clock.attrs = {"units": {"t": unit}} if unit else {}
+        said = other_rate(clock, rate_hz).partition("; ")[0].replace("column 't' is a time", "t has times")
+    elif not abs(by_step - rate_hz) <= SAME_RATE * rate_hz:
+        said = f"t is a step of {1.0 / by_step:.4g} s, which is {by_step:.5g} Hz, but rate_hz is {rate_hz:.5g} Hz"
+    if said:
+        raise RecordingError(f"{said}; leave one of the two out")
 
 
 def _step_s(step: float, units: Mapping[str, str] | None) -> float:

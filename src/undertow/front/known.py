@@ -6,7 +6,7 @@ Belongs here: that translation and its errors. Does not belong here: what the ke
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
 from os import PathLike, fspath
 from pathlib import Path
@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.config.rules import contradictions
-from undertow.campaign.config.source import listed_keys, properties
+from undertow.campaign.config.source import OF_SEVERAL, kinds, listed_keys, properties
 from undertow.equation.equation import Equation
 from undertow.equation.registry import find, twice
 from undertow.equation.term import Term
@@ -26,6 +26,9 @@ from undertow.recording.recording import Coordinate
 
 SCATTER = ("specimen", "scatter")
 """Where a config has the scatter from trial to trial."""
+
+DRIVEN = "a body that an input drives is fitted by undertow.fit_driven(x, t=..., u=...)"
+"""Where an input belongs."""
 
 Known = float | Mapping[str, str | float]
 """A number, or a table by a condition as configs have them: {"by": "water_depth_m", "2.36": 0.97}."""
@@ -81,21 +84,33 @@ def terms_of(equation: Sequence[str | Term] | Equation) -> tuple[Term, ...]:
     >>> [term.name for term in terms_of(["stiffness", "viscous_damping"])]
     ['stiffness', 'viscous_damping']
     """
+    terms = named_terms(equation, find)
+    if doubled := twice(terms):
+        raise ConfigError(f"equation names {doubled!r} twice; take one of them out, or rename your own")
+    if not terms:
+        raise ConfigError(f"equation has {len(terms)} terms; name some, as in ['stiffness', 'viscous_damping']")
+    return terms
+
+
+def named_terms(equation: Sequence[str | Term] | Equation, look_up: Callable[[str], Term]) -> tuple[Term, ...]:
+    """The terms of an equation by names, terms or an `Equation`, found by ``look_up``; ConfigError where it is none of
+    these."""
     if isinstance(equation, Equation):
         return equation.terms
+    if isinstance(equation, Mapping):
+        names = [one if isinstance(one, str) else type(one).__name__ for one in equation]
+        raise ConfigError(
+            f"equation gives numbers of {', '.join(names)}, and a fit finds them; give the names alone, as in {names}"
+        )
     if isinstance(equation, (str, Term)) or not isinstance(equation, Iterable):
         raise ConfigError(f"equation is the single {shown(equation)}; give a list of names, as in ['stiffness', ...]")
-    terms = tuple(find(one) if isinstance(one, str) else one for one in equation)
+    terms = tuple(look_up(one) if isinstance(one, str) else one for one in equation)
     for one in terms:
         if not isinstance(one, Term):
             raise ConfigError(
                 f"equation holds {shown(one)}, of type {type(one).__name__}; a law is a name, or an object of a class "
                 "of your own that is a Term (docs/python_front.md)"
             )
-    if doubled := twice(terms):
-        raise ConfigError(f"equation names {doubled!r} twice; take one of them out, or rename your own")
-    if not terms:
-        raise ConfigError(f"equation has {len(terms)} terms; name some, as in ['stiffness', 'viscous_damping']")
     return terms
 
 
@@ -158,11 +173,14 @@ def _sentence(error: Any) -> str:
         key = str(error["loc"][-1])
         near = difflib.get_close_matches(key, Rig.__annotations__, n=1, cutoff=0.4)
         hint = f"did you mean {near[0]!r}?" if near else f"of a rig may be said {', '.join(Rig.__annotations__)}"
-        return f"{key} is {error['input']!r}, but nothing is called so; {hint}"
+        hint = DRIVEN if key == "u" else hint
+        return f"{key} is {shown(error['input'])}, but nothing is called so; {hint}"
     names = [str(part) for part in error["loc"] if part not in ("number", "table", "auto", "list", "all")]
     rule = error["msg"].removeprefix("Value error, ").removeprefix("Input ")
+    if error["type"] in OF_SEVERAL and (allowed := kinds(RunConfig.model_json_schema(), tuple(names))):
+        rule = f"should be {allowed}"
     what = ".".join(names[1:] or names) or "the settings"
-    return f"{what} is {error['input']!r} but {rule}"
+    return f"{what} is {shown(error['input'])} but {rule}"
 
 
 def group_specimen(config: RunConfig, conditions: Sequence[Mapping[str, Any]]) -> Any:

@@ -36,7 +36,7 @@ from undertow.front.verdicts import Verdicts
 from undertow.quantities import Estimate, or_nan
 from undertow.recording.recording import Array, Condition
 from undertow.report.tables import as_written
-from undertow.report.verdict_file import read_verdicts
+from undertow.report.verdict_file import as_runs_write_them, read_verdicts
 from undertow.report.writing import PAGES
 
 
@@ -192,7 +192,9 @@ class OpenedRun(Verdicts[OpenedGroup]):
         return self._file("report.html")
 
     def _table(self, name: str) -> pd.DataFrame:
-        table = pd.read_csv(self._file(f"{name}.csv")).rename(columns=as_written)
+        path = self._file(f"{name}.csv")
+        with as_runs_write_them([self.folder], path.name):
+            table = pd.read_csv(path).rename(columns=as_written)
         return table.map(lambda value: as_written(value) if isinstance(value, str) else value)
 
     def _file(self, name: str) -> Path:

@@ -37,6 +37,7 @@ from undertow.recording.arrays import instants
 from undertow.recording.recording import Array
 from undertow.report.trial_curves import Axes, Curve, draw_run, new_axes
 from undertow.uncertainty.confidence import INTERVAL_LEVEL, half_width
+from undertow.uncertainty.seeds import random_numbers
 
 DRAWS = 200
 """Motions that a band is made of: its ends are then right within a tenth of its width."""
@@ -178,7 +179,7 @@ def predict(
         raise UndertowError(f"draws is {draws!r}; a band is made of {LEAST_DRAWS} equations at least, as {DRAWS}")
     found = one_group(found)
     equation = equation_of(found)
-    rng = np.random.default_rng(seed)
+    rng = random_numbers(seed)
     drawn, notes = _drawn(found, draws, rng)
     if trials is None:
         if x0 is None or times is None:

@@ -7,6 +7,7 @@ Belongs here: what can be read, and what each trial is called. Does not belong h
 from __future__ import annotations
 
 import glob
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Real
@@ -28,7 +29,7 @@ from undertow.discrepancy.words import count
 from undertow.errors import IdentificationError, RecordingError, shown
 from undertow.front.columns import Columns, Mapped, Units, mapped, numbers_of
 from undertow.front.file_layout import layout_of
-from undertow.front.in_memory import by_name, frame_of, is_timed, table_of, timed
+from undertow.front.in_memory import by_name, frame_of, is_timed, must_be_the_rate, table_of, timed
 from undertow.front.known import checked, place_of
 from undertow.front.trials import Trials, first_reasons, in_arguments
 from undertow.recording.catalogue import Entry, TimeWindow
@@ -129,12 +130,15 @@ def read(
         late = ", ".join(name for name, value in said.items() if value is not None)
         if late:
             raise RecordingError(f"{late} is given, but these trials are read; give it to the read that made them")
+        if not len(source):
+            raise RecordingError(f"source holds {len(source)} trials; choose one at least")
         return source
     if t is None and isinstance(source, Mapping):
         source, named = by_name(source)
         names = names or named
-    wrong = [one for one in accept if one not in DOUBT_KINDS] if not isinstance(accept, str) else [accept]
-    if wrong:
+    if isinstance(accept, str):
+        raise RecordingError(f"accept is the text {accept!r}; give a list, as in accept=[{accept!r}]")
+    if wrong := [one for one in accept if one not in DOUBT_KINDS]:
         raise RecordingError(f"accept names {wrong[0]!r}; give a list of {', '.join(DOUBT_KINDS)}")
     asked = _Asked(columns, units, rate_hz, coordinate, tuple(accept), variable)
     sources = _sources(source) if t is None else timed(source, t)
@@ -212,6 +216,8 @@ class _Said:
 
     def __init__(self, conditions: Any, window: Any, names: Sequence[str] | None, releases: Any = None) -> None:
         self._conditions, self._window, self._names, self._releases = conditions, window, names, releases
+        if names is not None and (twice := [name for name, many in Counter(names).items() if many > 1]):
+            raise RecordingError(f"names has {twice[0]!r} {list(names).count(twice[0])} times; give each trial its own")
 
     def name(self, at: int, own: str = "") -> str:
         """Name of the trial at this place."""
@@ -336,6 +342,8 @@ def _from_memory(
     else:
         X, t = one
         table, rate_hz, units = table_of(X, t, units)
+        if asked.rate_hz is not None:
+            must_be_the_rate(asked.rate_hz, table, rate_hz, units)
     means = mapped(table, asked.columns, units, rate_hz, asked.coordinate)
     numbers, name = numbers_of(table, means), said.name(at)
     config = _config("", means, means.coordinate)

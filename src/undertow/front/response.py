@@ -25,8 +25,9 @@ from undertow.equation.kernel import N_SLOTS, SLOT
 from undertow.equation.steady_state import SteadyState, swept
 from undertow.equation.term import Array, Term
 from undertow.errors import UndertowError
+from undertow.front.known import named_terms
 from undertow.front.simulation import equation_of
-from undertow.methods.harmonic_set import STARTS_AT_ONE, HarmonicFit, fit_harmonic_set
+from undertow.methods.harmonic_set import MASS, STARTS_AT_ONE, HarmonicFit, fit_harmonic_set
 from undertow.quantities import OK, Estimate, Mover, mover_of
 from undertow.recording.arrays import real_numbers
 from undertow.report.trial_curves import Axes, new_axes
@@ -77,6 +78,17 @@ class ResponseFit:
     response: FrequencyResponse
     fit: HarmonicFit
 
+    @property
+    def equation(self) -> Equation:
+        """The equation with its numbers (per mass where the base moved and no number was held)."""
+        names = iter(places(self.fit.terms))
+        terms, coefficients = [], []
+        for term in self.fit.terms:
+            values = {one.name: self.numbers[next(names).name].value for one in term.parameters}
+            coefficients.append(values.pop(term.coefficient.name))
+            terms.append(type(term)(**{**term.inner, **values}))
+        return Equation(tuple(terms), tuple(coefficients), mass_kg=self.numbers[MASS].value)
+
     def __repr__(self) -> str:
         lines = [f"  {name} = {estimate}" for name, estimate in self.numbers.items()]
         said = "" if self.fit.outcome == OK else f"; {self.fit.outcome}"
@@ -119,6 +131,8 @@ def frequency_response(
     if rates.size == 0 or not np.all(np.isfinite(rates)) or np.any(rates <= 0.0):
         raise UndertowError(f"frequency_Hz: {rates.size} values, not all finite and above zero; give the force's own")
     quantity, given = _drive(force, base_displacement, base_acceleration, frame)
+    if given.size != 1 and given.shape != rates.shape:
+        raise UndertowError(f"{quantity} has the shape {given.shape}, frequency_Hz {rates.shape}; give one or as many")
     amplitudes = np.broadcast_to(given, rates.shape)
     if not np.all(np.isfinite(amplitudes)) or np.any(amplitudes == 0.0):
         raise UndertowError(f"{quantity}: amplitudes must be finite and not zero; without a {quantity} the body rests")
@@ -203,8 +217,8 @@ def fit_response(
         measured = HarmonicSet(rates, drives, *motion, errors)
     else:
         measured = on_base(rates, drives, quantity, motion, errors, frame == "absolute")
-    terms = tuple(find_driven(term) if isinstance(term, str) else term for term in equation)
-    found = fit_harmonic_set(measured, terms, dict(held or {}), dict(starts or {}))
+    terms = named_terms(equation, find_driven)
+    found = fit_harmonic_set(measured, terms, {} if held is None else held, {} if starts is None else starts)
     states = tuple(s for s in found.states if s is not None)
     moved = -measured.force / rates**2 if frame == "absolute" else np.zeros(rates.size)
     return ResponseFit(found.numbers, found.rms, FrequencyResponse(states, measured.force, moved), found)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -19,14 +20,18 @@ from undertow.equation.registry import find
 from undertow.equation.simulate import fastest_frequency, must_be_a_start
 from undertow.equation.simulate import simulate as integrate
 from undertow.equation.term import Array, Term
-from undertow.errors import UndertowError
+from undertow.errors import UndertowError, shown
 from undertow.front.handover import HandOver
 from undertow.recording.arrays import instants
 from undertow.recording.recording import Condition, Coordinate, Recording
 from undertow.report.trial_curves import Axes, Curve, draw_run, new_axes
+from undertow.uncertainty.seeds import random_numbers
 
 SAMPLES_PER_PERIOD = 60
 """Samples a period where neither times nor a rate are asked for."""
+
+MOST_SAMPLES = 10_000_000
+"""Samples of a motion at most: 80 MB a column."""
 
 PERIODS = 20
 """Periods simulated where no duration is asked for."""
@@ -97,7 +102,10 @@ class Simulation(HandOver):
             raise UndertowError(
                 f"samples are {steps.min():g} to {steps.max():g} s apart; a recording needs even ones: give rate_hz"
             )
-        rng = np.random.default_rng(seed)
+        for what, size in (("noise_m", noise_m), ("acceleration_noise", acceleration_noise), ("hold_s", hold_s)):
+            if size is not None and not size >= 0.0:
+                raise UndertowError(f"{what} is {size:g}; give 0 or more")
+        rng = random_numbers(seed)
         held = round(hold_s / step)
         time = np.arange(held + self.t.size, dtype=np.float64) * step
         still = np.full(held, self.x0 if self.v0 == 0.0 else math.nan)
@@ -144,6 +152,13 @@ def equation_of(equation: Any, mass_kg: float = math.nan) -> Equation:
     ``{"hidden_resonator": {"mass_kg": 300.0, "natural_frequency_rad_per_s": 10.0}}``. UndertowError for anything else.
     """
     equation = one_group(equation)
+    if not isinstance(mass_kg, Real):
+        raise UndertowError(f"mass_kg is {shown(mass_kg)}, of type {type(mass_kg).__name__}; give a number in kg")
+    if not isinstance(equation, Mapping) and not math.isnan(mass_kg):
+        raise UndertowError(
+            f"mass_kg is {mass_kg:g}, but equation, of type {type(equation).__name__}, has a mass of its own; leave it "
+            'out, or give coefficients by the terms\' names, as in {"stiffness": 109600.0}'
+        )
     if isinstance(equation, Equation):
         return equation
     of_class = hasattr(type(equation), "equation")  # asked for itself: what is not fitted says so
@@ -229,4 +244,9 @@ def _even_times(law: Equation, x0: float, v0: float, duration_s: float | None, r
     rate = SAMPLES_PER_PERIOD / period if rate_hz is None else float(rate_hz)
     if not (length > 0.0 and rate > 0.0):
         raise UndertowError(f"duration_s is {length:g} s at {rate:g} Hz; both must be positive")
+    if not length * rate <= MOST_SAMPLES:
+        raise UndertowError(
+            f"duration_s is {length:g} s at {rate:g} Hz, {length * rate:.3g} samples; at most {MOST_SAMPLES} are "
+            "simulated: ask for a shorter motion, or fewer samples a second"
+        )
     return np.arange(max(2, round(length * rate))) / rate

@@ -9,9 +9,10 @@ from __future__ import annotations
 import html
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeAlias, overload
+from functools import wraps
+from typing import Any, ParamSpec, TypeAlias, TypeVar, overload
 
 import numpy as np
 import pandas as pd
@@ -19,18 +20,20 @@ from numpy.typing import NDArray
 
 from undertow.campaign.config import RunConfig
 from undertow.campaign.config.matching import contradicted_headers
-from undertow.campaign.run.checking import doubted
+from undertow.campaign.run.checking import Checked, doubted, each_once
 from undertow.conditioning.agreement import Disagreement
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
 from undertow.conditioning.scale import out_of_scale
 from undertow.discrepancy.findings import FailedTrial
 from undertow.discrepancy.words import condition_words, count, group_title
-from undertow.errors import RecordingError
+from undertow.errors import RecordingError, UndertowError
 from undertow.recording.conditions import same_condition
 from undertow.recording.recording import LEFT_OUT, Condition, Recording
 from undertow.report.trial_curves import Axes, draw_recording, new_axes
 
+Given = ParamSpec("Given")
+Made = TypeVar("Made")
 _Several: TypeAlias = list[Any] | tuple[Any, ...] | NDArray[Any]
 
 NAMES_SHOWN = 8
@@ -45,8 +48,10 @@ ARGUMENTS = {
     r"set trials\.window\.end_s": "set window=(None, end_s)", r"trials\.window(\.\w+)?": "window=(start_s, end_s)",
     r'recordings\.releases: \{"[^"]*": (\[[^]]*\])\}, which undertow init and inspect write': r"releases=\1",
     r"\{start_s: ([^,]+), end_s: ([^}]+)\}": r"(\1, \2)", r"recordings\.releases": "releases=[(start_s, end_s), ...]",
-    r"recordings\.accept": "accept=[...]", r"recordings\.channels\.(\w+)\.unit": r'units={"\1": ...}',
-    r"recordings\.channels\.(\w+)\.sign": r"the sign of \1", r"recordings\.channels\.(\w+)": r'columns={"\1": ...}',
+    r"specimen\.(\w+)": r"\1", r"recordings\.accept": "accept=[...]",
+    r"state recordings\.despike": "write NaN in their place",
+    r"recordings\.channels\.(\w+)\.unit": r'units={"\1": ...}', r"recordings\.channels\.(\w+)\.sign": r"the sign of \1",
+    r"recordings\.channels\.(\w+)": r'columns={"\1": ...}',
 }
 """Pattern of a config's key that a sentence may name -> the argument of `read` that says the same, in their order."""
 
@@ -105,9 +110,12 @@ class Trials(Sequence[Motion]):
         raise RecordingError(f"no trial is called {which!r}; there are {_listed(self.names)}")
 
     def __add__(self, other: Trials) -> Trials:
-        """The trials of both, with what is known of the first."""
+        """The trials of both, with what is known of the first; copies of an earlier one are listed in ``failed``."""
+        both = each_once([Checked(m.name, m.recording.conditions, m) for m in (*self.motions, *other.motions)])
+        copies = [one.failed for one in both if one.failed is not None]
         return replace(
-            self, motions=(*self.motions, *other.motions), failed=(*self.failed, *other.failed),
+            self, motions=tuple(one.motion for one in both if one.motion is not None),
+            failed=(*self.failed, *other.failed, *copies),
             accepted={**self.accepted, **other.accepted}, found={**self.found, **other.found},
         )  # fmt: skip
 
@@ -185,7 +193,8 @@ class Trials(Sequence[Motion]):
         """What reading and conditioning did to the trials beside that, a trial a line."""
         said = {doubt.sentence for doubts in self.found.values() for doubt in doubts}
         found = ((m.name, note) for m in self.motions for note in (*m.recording.notes, *m.notes))
-        return tuple(f"{name}: {note}" for name, note in found if note not in said and LEFT_OUT not in note)
+        kept = tuple(f"{name}: {note}" for name, note in found if note not in said and LEFT_OUT not in note)
+        return kept if self.config._source is not None else tuple(in_arguments(one) for one in kept)
 
     def plot(self, axes: Axes | None = None) -> Axes:
         """Every trial against the time after its release; returns the Axes."""
@@ -215,6 +224,22 @@ def in_arguments(sentence: str) -> str:
     for key, argument in ARGUMENTS.items():
         sentence = re.sub(key, argument, sentence)
     return sentence
+
+
+def in_pythons_words(work: Callable[Given, Made]) -> Callable[Given, Made]:
+    """The same function, whose errors name arguments of `read` in place of a config's keys, where no config was read.
+    """
+
+    @wraps(work)
+    def wrapped(*given: Given.args, **named: Given.kwargs) -> Made:
+        try:
+            return work(*given, **named)
+        except UndertowError as error:
+            if not any(isinstance(one, Trials) and one.config._source is not None for one in given):
+                error.args = (in_arguments(str(error)), *error.args[1:])
+            raise
+
+    return wrapped
 
 
 def first_reasons(failed: Sequence[FailedTrial]) -> str:

@@ -21,12 +21,12 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from undertow.conditioning.harmonic import HarmonicSet
-from undertow.equation.driven_laws import DrivenUnknown, places, without_memory
+from undertow.equation.driven_laws import DrivenUnknown, numbers_to_find, places, without_memory
 from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.input import MotionSize
 from undertow.equation.steady_state import NOTHING, SteadyState, closed_orbit, settled
 from undertow.equation.term import Array, Term
-from undertow.errors import ConfigError, IdentificationError
+from undertow.errors import IdentificationError
 from undertow.quantities import OK, Estimate
 
 ANGLES = 256
@@ -92,9 +92,7 @@ def fit_harmonic_set(
     names = [MASS, *(u.name for u in unknowns)]
     if measured.mover != "force" and not held:
         held = {MASS: 1.0}
-    if strange := [name for name in (*held, *starts) if name not in names]:
-        raise ConfigError(f"{strange[0]!r} is no number of this equation; it has {', '.join(names)}")
-    free = [name for name in names if name not in held]
+    free = numbers_to_find(names, held, starts)
     if len(free) > 2 * measured.rate.size:
         raise IdentificationError(
             f"{len(free)} numbers are unknown ({', '.join(free)}), and {measured.rate.size} points hold "

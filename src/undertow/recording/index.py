@@ -85,6 +85,8 @@ def read_index(path: Path, separator: str = "auto", decimal: str = "auto") -> In
 
     Raises ConfigError where there is none, it is no table, has a column twice, or its commas may part thousands.
     """
+    if os.path.isdir(path):
+        raise ConfigError(f"recordings.index {path} is a folder; give the table that lists the trials, as index.csv")
     if not os.path.isfile(path):
         beside = [one.name for one in path.parent.iterdir()] if os.path.isdir(path.parent) else []
         near = difflib.get_close_matches(path.name, beside, n=1)

@@ -85,12 +85,17 @@ def must_hold_no_stamps(table: pd.DataFrame, column: Column, channel: str) -> No
         )
 
 
-def seconds_of_clock(values: pd.Series | pd.Index) -> Array | None:
-    """pandas' dates or durations (n,) as seconds since the first that is there, (n,); None where they are neither.
+def seconds_of_clock(values: pd.Series | pd.Index | pd.DataFrame) -> Array | None:
+    """pandas' dates or durations (n,), or texts of them, as seconds since the first that is there, (n,); None where
+    they are neither.
 
     >>> seconds_of_clock(pd.Series(pd.date_range("2026-03-01 10:00", periods=3, freq="250ms")))
     array([0.  , 0.25, 0.5 ])
     """
+    if isinstance(values, pd.DataFrame):
+        return None  # two columns of one name, which are refused elsewhere
+    if values.dtype.kind in "OTU" or isinstance(values.dtype, pd.StringDtype):
+        return _of_texts(pd.Series(values))
     if not (pd.api.types.is_datetime64_any_dtype(values) or pd.api.types.is_timedelta64_dtype(values)):
         return None
     there = values[values.notna()]
@@ -98,3 +103,14 @@ def seconds_of_clock(values: pd.Series | pd.Index) -> Array | None:
         raise RecordingError(f"column {values.name!r} holds dates or durations, and none of them is there; repair it")
     first = there.iloc[0] if isinstance(there, pd.Series) else there[0]
     return np.asarray((values - first) / pd.Timedelta(seconds=1), dtype=np.float64)
+
+
+def _of_texts(cells: pd.Series) -> Array | None:
+    """Cells that are all stamps, or empty, as seconds since the first; None of others."""
+    there = cells[cells.notna()]
+    if not len(there) or not all(isinstance(cell, str) for cell in there) or not is_stamp(there.iloc[0]):
+        return None
+    try:
+        return seconds_of_texts(cells)
+    except ValueError:
+        return None

@@ -50,6 +50,8 @@ def _groups(folder: Path) -> list[Mapping[str, Any]]:
         return list(groups)
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as reason:
         why = (reason.strerror or str(reason)) if isinstance(reason, OSError) else str(reason)
+        if isinstance(reason, json.JSONDecodeError):
+            why = f"it breaks off or is changed in line {reason.lineno}"
         raise (ConfigError if isinstance(reason, OSError) else UndertowError)(
             f"{folder} holds no finished run with its decisions ({path.name}: {why}); give a folder that undertow "
             "run has written"

@@ -28,6 +28,7 @@ from undertow.likelihood.residuals import parameter_vector, residuals
 from undertow.recording.recording import Array
 from undertow.uncertainty.hierarchy import Effect, scatters_seen
 from undertow.uncertainty.profile import as_noisy
+from undertow.uncertainty.seeds import random_numbers
 
 CANDIDATES = 2
 """Candidates a draw: resampled to equal weights, few of them are then drawn twice."""
@@ -74,7 +75,7 @@ def posterior_draws(
     unknown = [name for name in kept if name not in solution.problem.names]
     if unknown:
         raise IdentificationError(f"draws of {unknown[0]!r}: the fit has {', '.join(solution.problem.names)}")
-    rng = np.random.default_rng(seed)
+    rng = random_numbers(seed)
     problem = as_noisy(solution)
     best = output_error.fit(problem, solution.values, growing=False)
     candidates, proposed, scale = _proposals(best, CANDIDATES * draws, effects, rng)

@@ -127,6 +127,10 @@ def _allow(text: str, name: str) -> None:
             )
 
 
+OF_SEVERAL = ("literal_error", "tuple_type", "list_type")
+"""Errors of pydantic that name one of the kinds that may stand at a place, or Python's name of it."""
+
+
 def validated(model: type[Model], source: Source) -> Model:
     """What a file says as its model has it; ConfigError with a sentence for everything that it cannot be."""
     try:
@@ -158,6 +162,8 @@ def sentences(source: Source, errors: Sequence[ErrorDetails], schema: Mapping[st
             if error["type"] in ("model_type", "dict_type", "dataclass_type"):
                 known = listed_keys(properties(schema, location))
                 rule = f"should be keys with values{f'; it may have {known}' if known else ''}"
+            if error["type"] in OF_SEVERAL and (allowed := kinds(schema, location)):
+                rule = f"should be {allowed}"
             mended = number(error["input"]) if isinstance(error["input"], str) else None
             hint = "" if mended is None else f"; write {mended:.10g}, without quotes"
             said.append(f"{source.place(location)}: {name} is {_shown(error['input'])} but {rule}{hint}")
@@ -205,6 +211,29 @@ def listed_keys(known: Mapping[str, str]) -> str:
 
 def properties(schema: Mapping[str, Any], location: Location) -> dict[str, str]:
     """Keys that the schema knows at a place, and what each means."""
+    return {
+        key: str(one.get("description", ""))
+        for node in _nodes(schema, location)
+        for key, one in node.get("properties", {}).items()
+    }
+
+
+def kinds(schema: Mapping[str, Any], location: Location) -> str:
+    """What may stand at a place in words, all that the schema has there: a word, a list, keys; empty where it says
+    nothing of it."""
+    said = []
+    for node in _nodes(schema, location):
+        words = [node["const"]] if "const" in node else node.get("enum", [])
+        keys = sorted(node.get("properties", {}))
+        known = {"array": "a list", "object": f"keys with values ({', '.join(keys)})" if keys else "keys with values"}
+        known |= {"number": "a number", "integer": "a whole number"}
+        said += [*map(repr, words), *([known[node["type"]]] if node.get("type") in known and not words else [])]
+    *first, last = [*dict.fromkeys(said)] or [""]
+    return f"{', '.join(first)} or {last}" if first else last
+
+
+def _nodes(schema: Mapping[str, Any], location: Location) -> list[Mapping[str, Any]]:
+    """The schema's nodes at a place, its alternatives one by one."""
     nodes = _expanded(schema, schema)
     for part in location:
         inner = []
@@ -213,9 +242,7 @@ def properties(schema: Mapping[str, Any], location: Location) -> dict[str, str]:
             if isinstance(found, Mapping):
                 inner += _expanded(found, schema)
         nodes = inner
-    return {
-        key: str(one.get("description", "")) for node in nodes for key, one in node.get("properties", {}).items()
-    }
+    return nodes
 
 
 def _expanded(node: Mapping[str, Any], schema: Mapping[str, Any]) -> list[Mapping[str, Any]]:

@@ -23,7 +23,7 @@ from undertow.errors import ConfigError
 from undertow.methods.driven_equations import DrivenPrediction, predict_driven, read_back
 from undertow.recording.catalogue import read_trial
 from undertow.recording.recording import Array
-from undertow.report.verdict_file import CONTRACT
+from undertow.report.verdict_file import CONTRACT, as_runs_write_them
 from undertow.report.writing import write_text
 
 START = 50
@@ -88,9 +88,12 @@ def equations_of(run: Path) -> Mapping[str, Any]:
         raise ConfigError(
             f"{run} has no equations.json, so that it holds no equation to run; give the folder of a finished run"
         )
-    found: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    if found.get("contract") != CONTRACT:
-        raise ConfigError(f"{path} is of contract {found.get('contract')!r}, not {CONTRACT}; run the config again")
+    with as_runs_write_them([run], path.name):
+        found: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        if found.get("contract") != CONTRACT:
+            raise ConfigError(f"{path} is of contract {found.get('contract')!r}, not {CONTRACT}; run the config again")
+        if not found["groups"]:
+            raise ConfigError(f"{path} holds {len(found['groups'])} groups; give the folder of a finished run")
     return found
 
 

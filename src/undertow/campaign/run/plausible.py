@@ -3,18 +3,19 @@
 A mistake in a unit that no second channel shows (a displacement alone, in metres and labelled mm) leaves the motion's
 shape as it is and makes a friction of a millionth or a drag coefficient of hundreds of it.
 
-Belongs here: ranges and doubts. Does not belong here: what the channels say (checking.py).
+Belongs here: doubts about a group. Does not belong here: the ranges (ranges.py), what the channels say (checking.py).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
 
 from undertow.campaign.run.judgement import contradicted_verdict
 from undertow.campaign.run.one_body import not_one_body
+from undertow.campaign.run.ranges import ERRORS, STIFFNESS_OFF, damped, out_of_range, stiffness_off
 from undertow.campaign.run.strange_trial import BETWEEN_TRIALS, in_one_trial, strange_trial
 from undertow.campaign.run.tasks import slope_of_cells
 from undertow.campaign.run.trial_scale import scaled_trial
@@ -30,12 +31,6 @@ from undertow.quantities import Estimate, format_number
 from undertow.report.arrange import group_numbers
 from undertow.uncertainty.repeats import mean_of_trials
 
-ERRORS = 3.0
-"""A number is doubted where it lies so many standard errors outside its range."""
-
-STIFFNESS_OFF = 0.1
-"""Relative difference between an identified and a stated stiffness that is doubted."""
-
 CELLS_ARE_WRONG = 0.3
 """Relative difference between the load cells' stiffness and the identified one that no calibration explains: trials of
 another spring, a column that is missing."""
@@ -49,55 +44,11 @@ NOTED = 0.03
 STRANGE = frozenset({"conditions", "clock", "gaps", "spikes", "period"})
 """Kinds of doubt that, accepted for a trial, say that it may be unlike the others."""
 
-MOST_DAMPING_RATIO = 0.5
-"""A body with more damping does not swing twice."""
-
-
-@dataclass(frozen=True)
-class Plausible:
-    """Where a number can lie, and what to look at where it does not."""
-
-    lower: float
-    upper: float
-    words: str
-    look_at: str
-
-
-RANGES: Mapping[str, Plausible] = {
-    "mu": Plausible(1e-4, 2.0, "friction coefficient", "the unit of the displacement, mass, gravity and buoyancy"),
-    "drag_coefficient": Plausible(0.01, 100.0, "drag coefficient", "the unit of the displacement, area and density"),
-}
-"""Numbers without a unit: a roller bearing has 1e-4, rubber 2; a streamlined body 0.01, a plate in small motion 100."""
-
-BESIDE = frozenset({"acceleration", "velocity", "spring_force"})
-"""Channels that a displacement in a wrong unit contradicts."""
-
-ON_AIR = 1e-7
-"""Smallest friction coefficient of what floats on air or a knife's edge, where the displacement's unit is shown by a
-second channel or by a drag coefficient as bodies have it."""
-
-ORDINARY_DRAG = (0.1, 30.0)
-"""Drag coefficients that no displacement a thousand times too large or small leaves."""
-
-NEGATIVE = "the damping and friction of the dry trials, which it may make up for"
-"""What to look at where a number that only takes energy gives it: no unit turns a sign."""
-
 LACKING = ("unknown", "not_identifiable")
 """Statuses that say that the equation lacks something without repairing it."""
 
-ADDED_MASS = Plausible(
-    -0.5, 20.0, "added mass over stated mass", "mass, stiffness, the dry trials and the unit of time"
-)
-"""Sloshing water below the body's frequency takes some off; a light plate carries many times its mass."""
-
 LIGHTER = 0.02
 """Share of the stated mass by which an added mass below zero is doubted."""
-
-MASS = Plausible(
-    0.9, 1.3, "moving mass over stated mass, in an equation without added mass,",
-    "specimen.mass_kg and specimen.stiffness_N_per_m, the load cells, the unit of time, and at water that moves along",
-)
-"""Springs and fixtures move along and take nothing off."""
 
 
 def with_doubts(
@@ -180,49 +131,14 @@ def implausible(
     if group.verdict.status == "explained" and mended is not None:
         numbers = {name: mended.parameters.get(name, number) for name, number in numbers.items()}
     lacks = group.verdict.status in LACKING
-    ranges = {**RANGES, "mu": _friction(group, numbers)}
-    found = [_outside(one, numbers[name], lacks) for name, one in ranges.items() if name in numbers]
-    mass = group.specimen.mass_kg
-    if "added_mass_kg" in numbers and math.isfinite(mass) and mass > 0.0:
-        found.append(_outside(ADDED_MASS, numbers["added_mass_kg"].scaled(1.0 / mass, "1")))
-    elif "total_mass_kg" in numbers and math.isfinite(mass) and mass > 0.0:
-        found.append(_outside(MASS, numbers["total_mass_kg"].scaled(1.0 / mass, "1")))
+    found = out_of_range(numbers, group.specimen, [t.motion for t in group.trials], lacks)
     found.append(_weighed_wrong(group, numbers))
     found += [_stiffness(group, numbers), _cells(group, numbers, STIFFNESS_OFF), _floats(group), _unloaded(group)]
     found.append(not_one_body(group) or strange_trial(group, _strange(accepted)))
     doubts = [("conditions", text) for text in found if text]
-    if damped := _damped(numbers):
-        doubts.append(("damping", damped))
+    if strong := damped(numbers):
+        doubts.append(("damping", strong))
     return (*doubts, *(("unit", text) for text in out_of_scale([t.motion for t in group.trials])))
-
-
-def _friction(group: GroupFindings, numbers: Mapping[str, Estimate]) -> Plausible:
-    """The range of a friction coefficient: nothing is too small where something else shows the displacement's unit."""
-    drag = numbers.get("drag_coefficient")
-    low, high = ORDINARY_DRAG
-    ordinary = drag is not None and low < drag.value - ERRORS * drag.total_stderr
-    shown = drag is not None and ordinary and drag.value + ERRORS * drag.total_stderr < high
-    beside = group.trials and all(BESIDE & set(t.motion.recording.channels) for t in group.trials)
-    return replace(RANGES["mu"], lower=ON_AIR) if shown or beside else RANGES["mu"]
-
-
-def _outside(allowed: Plausible, found: Estimate, lacks: bool = False) -> str:
-    """That a number lies surely outside its range; a number that may be zero is none that is too small. Where the
-    equation ``lacks`` something the number stands for that, and no unit turns its sign."""
-    error = found.total_stderr
-    if not math.isfinite(found.value) or not math.isfinite(error):
-        return ""
-    low, high = found.value - ERRORS * error, found.value + ERRORS * error
-    if not (high < allowed.lower or low > allowed.upper) or (allowed.lower > 0.0 and low <= 0.0 <= high):
-        return ""
-    negative = allowed.lower > 0.0 and high < 0.0
-    where = NEGATIVE if negative else allowed.look_at
-    more = ", and at what the equation lacks" if negative else ""
-    why = f"what the equation lacks may stand in it; else look at {where}" if lacks else f"look at {where}{more}"
-    return (
-        f"{allowed.words} {format_number(found.value, error)} +- {format_number(error, error)} lies outside "
-        f"{allowed.lower:g} to {allowed.upper:g}: {why}"
-    )
 
 
 def _noted(group: GroupFindings) -> list[str]:
@@ -244,42 +160,12 @@ def _noted(group: GroupFindings) -> list[str]:
     ]
 
 
-def _damped(numbers: Mapping[str, Estimate]) -> str:
-    """That the damping is too strong for a decay."""
-    ratio = math.nan
-    if "c_Ns_per_m" in numbers and "k_N_per_m" in numbers and "total_mass_kg" in numbers:
-        ratio = _ratio(numbers["c_Ns_per_m"].value, numbers["k_N_per_m"].value, numbers["total_mass_kg"].value)
-    elif "viscous_damping_per_mass" in numbers and "stiffness_per_mass" in numbers:
-        ratio = _ratio(numbers["viscous_damping_per_mass"].value, numbers["stiffness_per_mass"].value, 1.0)
-    if not ratio > MOST_DAMPING_RATIO:
-        return ""
-    return (
-        f"damping ratio {ratio:.2g} is over {MOST_DAMPING_RATIO:g}, and such a body does not swing twice: look at the "
-        "window (trials.window), at the unit of time, and at trials that stop at once"
-    )
-
-
-def _ratio(c: float, k: float, m: float) -> float:
-    return c / (2.0 * math.sqrt(k * m)) if k > 0.0 and m > 0.0 else math.nan
-
-
 def _stiffness(
     group: GroupFindings, numbers: Mapping[str, Estimate], limit: float = STIFFNESS_OFF, verb: str = "doubted"
 ) -> str:
     """That the identified stiffness is surely another one than the stated one, by more than a share."""
-    stated = group.specimen.stiffness_N_per_m
     found = group.structure.k if group.structure is not None else numbers.get("k_N_per_m")
-    if found is None or not math.isfinite(stated) or not math.isfinite(found.value) or stated <= 0.0:
-        return ""
-    off, error, unit = found.value / stated - 1.0, found.total_stderr / stated, group.specimen.unit("N/m")
-    room = ERRORS * error if math.isfinite(error) else 0.0
-    if abs(off) - room <= limit:
-        return ""
-    return (
-        f"stiffness {format_number(found.value, found.total_stderr)} {unit} is {percent(abs(off))} "
-        f"{'above' if off > 0.0 else 'below'} the stated {format_number(stated)} {unit}, and more than "
-        f"{100.0 * limit:.0f} % is {verb}: look at specimen.stiffness_N_per_m, mass and the unit of time"
-    )
+    return stiffness_off(found, group.specimen, limit, verb)
 
 
 def _weighed_wrong(group: GroupFindings, numbers: Mapping[str, Estimate]) -> str:

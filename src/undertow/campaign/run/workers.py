@@ -16,7 +16,7 @@ from typing import Protocol, TypeVar
 import joblib
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-from undertow.errors import UndertowError
+from undertow.errors import ConfigError, UndertowError
 
 
 class Progress(Protocol):
@@ -81,11 +81,13 @@ def on_processes(
     ``work`` must be picklable. An exception of one item ends the others; so does an interruption, which only this
     process receives: workers do not see Ctrl-C, they are ended.
 
-    Raises UndertowError where the system ended a worker.
+    Raises UndertowError where the system ended a worker, ConfigError where ``jobs`` is below 0.
 
     >>> on_processes(abs, [-1, 2], jobs=1, stage="sizes")
     [1, 2]
     """
+    if jobs < 0:
+        raise ConfigError(f"jobs is {jobs}; give how many processes, or 0 for one a core")
     count = _ELSEWHERE if _is_elsewhere() else jobs or os.cpu_count() or 1
     def say(done: int) -> None:
         progress(stage, done, len(items), *([name(items[done])] if name is not None and done < len(items) else []))

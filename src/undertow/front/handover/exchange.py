@@ -49,6 +49,8 @@ def equation_from_json(text: str) -> Equation:
     >>> equation_from_json(json_text(law, {})) == law
     True
     """
+    if not isinstance(text, str | bytes):
+        raise UndertowError(f"text is of type {type(text).__name__}; give what to_json() wrote, as path.read_text()")
     try:
         data = json.loads(text)
     except (ValueError, RecursionError) as error:

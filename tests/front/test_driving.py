@@ -253,3 +253,15 @@ def test_dates_are_times_and_what_is_no_number_is_refused():
         undertow.fit_driven(np.ma.masked_greater(x, 0.9 * np.max(x)), t=t, u=u)
     with pytest.raises(RecordingError, match="t holds what is no number"):
         undertow.fit_driven(x, t=["soon"] * x.size, u=u)
+
+
+def test_two_laws_of_one_force_are_refused_unless_one_is_held():
+    t = np.arange(2000) * 0.01
+    u = np.sin(0.1 * t**2)
+    x = lsim(([1.0], [2.0, 1.0, 50.0]), u, t)[1]
+    laws = ["stiffness", "viscous_damping", "linear_damping"]
+    said = "viscous_damping.c_Ns_per_m and linear_damping.c_Ns_per_m are the same force, and only their sum is known"
+    with pytest.raises(IdentificationError, match=said):
+        undertow.fit_driven(x, equation=laws, t=t, u=u)
+    found = undertow.fit_driven(x, equation=laws, t=t, u=u, held={"viscous_damping.c_Ns_per_m": 0.4})
+    assert found.numbers["linear_damping.c_Ns_per_m"].value == pytest.approx(0.6, abs=0.01)

@@ -290,7 +290,7 @@ def test_a_seed_that_is_none_is_refused_wherever_something_is_drawn(seed, trials
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda f, trials: undertow.simulate(f, 0.1, mass_kg=8.0), "mass_kg is 8, but equation, of type Fitted, has a mass"),
+        (lambda f, trials: undertow.simulate(f, 0.1, mass_kg=8.0), "mass_kg is 8, but equation, of type Fitted, has"),
         (lambda f, trials: undertow.simulate(LAW, 0.1, mass_kg="4"), "mass_kg is '4', of type str; give a number in"),
         (lambda f, trials: undertow.simulate(LAW, 0.1, mass_kg=4.0, duration_s=1e12), "9.55e.13 samples; at most 100"),
         (lambda f, trials: f.print("a"), "precision is 'a'; give how many decimals, 0 or more"),

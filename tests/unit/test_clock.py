@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from undertow.comparison.clock import TIED, TIED_SURELY, no_clock, parts_of
+from undertow.comparison.clock import TIED, TIED_SURELY, _locked, no_clock, parts_of
 
 RELEASES = (0.02, 0.05, 0.01, 0.03)
 TIMES = np.linspace(0.0, 10.0, 101)
@@ -83,3 +83,14 @@ def test_a_force_s_parts_are_those_at_that_share_of_the_record(share, at):
     places, counts = parts_of(fit, force, "r1", share)
     there = 1.0 + 0.1 * at + 0.01 * at**2
     assert counts @ fit.solution.values[places] == pytest.approx([there, 2.0 * there])
+
+
+@pytest.mark.parametrize(
+    ("phases", "share"),
+    [([0.3, 0.3, 1.0, 1.0], 1.0), ([0.3, 0.3 + np.pi, 1.0, 1.0], 1.0), ([0.3, 0.3 + np.pi / 2, 1.0, 1.0], 0.5),
+     ([0.3, 0.3 + np.pi / 2, 1.0, 1.0 - np.pi / 2], 0.0)],
+    ids=["the same", "opposite", "a quarter apart on one spring", "a quarter apart on both"],
+)  # fmt: skip
+def test_phases_are_locked_where_each_spring_s_trials_have_the_same_or_the_opposite_one(phases, share):
+    level, fit, force = fitted(of_phases(phases))
+    assert _locked(level, fit, force) == pytest.approx(share, abs=1e-12)

@@ -12,7 +12,7 @@ from undertow.equation.driven_kernel import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.driven_laws import find_driven, places
 from undertow.equation.input import MotionSize, drive_of
 from undertow.errors import ConfigError, IdentificationError, RecordingError, UndertowError
-from undertow.likelihood.driven import DrivenLaws, against_base
+from undertow.likelihood.driven import DrivenLaws, against_base, driven_problem
 from undertow.methods.driven import fit_driven, free_run
 from undertow.methods.driven_order import must_not_be_swapped, power_given
 from undertow.methods.driven_start import half_lengths, start_values
@@ -50,6 +50,17 @@ def test_eq15_under_a_measured_force_is_found_within_its_errors(swept):
         # four standard errors of noise alone, which are under a per cent of each number
         assert abs(found.values[index] - true) < 4.0 * error < 0.05 * true
     assert found.rms["run"] == pytest.approx(NOISE, rel=0.05)
+
+
+def test_a_window_starts_where_its_record_does_and_at_rest_where_no_displacement_is_recorded():
+    trial = recorded(samples=600)
+    alone = DrivenTrial("run", trial.t, trial.u, {"acceleration": trial.u / 4.0})
+    seen, unseen = (driven_problem([one], DrivenLaws(TERMS), windows=2).unknowns for one in (trial, alone))
+    starts = {u.name: u.start for u in seen}
+    x = trial.outputs["displacement"]
+    assert (starts["x0_m[run:0]"], starts["x0_m[run:1]"]) == (x[0], x[300])
+    assert starts["v0_m_per_s[run:1]"] == pytest.approx((x[302] - x[298]) / 0.04, rel=0.05)
+    assert {u.start for u in unseen if u.name.startswith(("x0_", "v0_"))} == {0.0}
 
 
 def test_a_delay_of_two_milliseconds_is_found():

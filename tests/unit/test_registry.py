@@ -14,7 +14,7 @@ from undertow.equation import registry
 from undertow.equation.hidden import HiddenResonator
 from undertow.equation.kernel import SLOT
 from undertow.equation.notation import plain_symbol
-from undertow.equation.structure import Stiffness
+from undertow.equation.structure import SineRestoring, Stiffness
 from undertow.equation.term import Share, Term
 from undertow.errors import ConfigError, UndertowError
 from undertow.quantities import Parameter
@@ -27,6 +27,13 @@ def test_every_name_in_the_registry_is_there_once():
 @pytest.mark.parametrize("name", registry.names())
 def test_every_name_finds_its_own_term(name):
     assert registry.find(name).name == name
+
+
+@pytest.mark.parametrize("spring", [Stiffness(), SineRestoring()], ids=["stiffness", "pendulum"])
+def test_a_spring_starts_where_it_swings_the_mass_at_the_recorded_rate(spring):
+    first = spring.start(mass=4.0, rate=3.0, speed=0.5)
+    pull = first * spring.force(np.array([1e-6]), np.zeros(1), np.zeros(1), np.zeros(1))[0] / 1e-6
+    assert np.sqrt(pull / 4.0) == pytest.approx(3.0)
 
 
 def test_inner_parameters_are_passed_on():

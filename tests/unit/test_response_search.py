@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import undertow
 from undertow.comparison.driven_folds import Tried
-from undertow.comparison.response_search import _PointSearch, _unsure, discover_response, every_fifth
+from undertow.comparison.response_search import _p_value, _PointSearch, _unsure, discover_response, every_fifth
 from undertow.conditioning.harmonic import HarmonicSet
 from undertow.equation.driven_laws import find_driven
 from undertow.methods.harmonic_set import fit_harmonic_set
@@ -98,3 +100,12 @@ def test_a_coefficient_that_may_be_zero_is_no_law(clean):
     fitted = fit_harmonic_set(noisy(clean, 5), terms, {}, {})
     assert "within 2 standard errors of 0" in _unsure("quadratic_drag", fitted)
     assert _unsure("cubic_stiffness", fitted) == ""
+
+
+@pytest.mark.parametrize("wrong", [slice(0, 0), slice(0, 18), slice(18, 30)], ids=["neither", "first", "second"])
+def test_neighbours_that_err_alike_in_either_of_two_sweeps_are_no_noise(wrong):
+    left = np.random.default_rng(1).standard_normal((2, 30))
+    left[:, wrong] = 1.0
+    measured = SimpleNamespace(sigma=np.zeros(0), rate=np.arange(30.0))
+    p = _p_value(SimpleNamespace(missed=left), measured, [np.arange(18), np.arange(29, 17, -1)], seed=0)
+    assert (p < 0.02) == (wrong.stop > 0)

@@ -1,13 +1,26 @@
 """From subset to subset: ends at the truth from a wrong start, obeys its rules, refines what is inside a law."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from experiments.structure.truths import OtherBody
-from tests.short_trials import LONG, group, per_mass
+from tests.short_trials import LONG, group, per_mass, released
+from undertow.comparison import stepwise_selection
 from undertow.comparison.inclusion import block_sums, drawn, inclusion
 from undertow.comparison.laws import laws
-from undertow.comparison.stepwise_selection import Rules, _simplest, inner_values, penalty_of, walk
+from undertow.comparison.polish import Linear
+from undertow.comparison.stepwise_selection import (
+    Rules,
+    _as_a_line,
+    _grown,
+    _reweighted,
+    _simplest,
+    inner_values,
+    penalty_of,
+    walk,
+)
 from undertow.comparison.structure import left_over
 from undertow.comparison.trajectories import in_cells
 from undertow.conditioning.condition import condition
@@ -128,6 +141,48 @@ def test_a_start_that_leads_nowhere_is_walked_on_growing_windows(trials):
     one = walk(trials, laws(TERMS), (0, 1), far, Rules())
     assert one.chosen == EQ15
     assert left_over(one) < 1.1
+
+
+def test_subsets_are_chosen_on_three_periods_then_six_and_polished_on_the_whole(monkeypatch):
+    trials = [in_cells(condition(released(LONG, 0.1, "r", 0, duration_s=12.0)))]
+    seen, place = [], SimpleNamespace(chosen=(0, 1), values=np.zeros(6), own=None)
+
+    def noted(kind, result):
+        return lambda given, *_: (seen.append((kind, max(float(np.ptp(one.t[:, 0])) for one in given))), result)[1]
+
+    monkeypatch.setattr(stepwise_selection, "polish", noted("polished", place))
+    monkeypatch.setattr(stepwise_selection, "walk_on", noted("walked", SimpleNamespace(polished=place)))
+    assert _grown(trials, laws(TERMS), (0,), np.zeros(6), Rules()) is place
+    period, whole = trials[0].period_s, float(np.ptp(trials[0].t[:, 0]))
+    assert 6.0 * period < whole < 12.0 * period
+    assert [kind for kind, _ in seen] == ["polished", "walked", "polished", "walked", "polished"]
+    lengths = np.array([length for _, length in seen]) / period
+    assert lengths == pytest.approx([3.0, 3.0, 6.0, 6.0, whole / period], abs=0.05)  # 20 cells a period
+
+
+def test_a_start_whose_motion_has_no_end_gives_way_to_a_linear_oscillator_of_the_same_period(trials):
+    chosen, values = _as_a_line(trials, laws(TERMS), Rules(known=(2,)))
+    assert chosen == (0, 1, 2)
+    rate = 2.0 * np.pi / np.median([trial.period_s for trial in trials])
+    assert np.sqrt(values[0]) == pytest.approx(rate)
+    assert 0.0 < values[1] < 0.05 * rate
+    runaway = np.array([*per_mass(LONG)[:3], -80.0, 0.0, 0.0])
+    one = walk(trials, laws(TERMS, signs=False), (0, 1, 2, 3), runaway, Rules(signs=False))
+    assert set(EQ15) <= set(one.chosen)
+    assert left_over(one) < 1.1
+
+
+def test_a_channel_is_weighed_by_what_the_library_leaves_of_its_own_rows_in_all_trials(trials):
+    left = {"displacement": (2.0, 4.0, 4.0), "acceleration": (1.0, 3.0, 1.0)}
+    parts = []
+    for number, trial in enumerate(trials):
+        parts += [np.full(seen.values.size, left[seen.quantity][number]) for seen in trial.channels]
+        parts.append(np.full(trial.prior.size, 50.0))  # rows of priors are no channel's
+    response = np.concatenate(parts)
+    linear = Linear(np.zeros((response.size, 1)), response, tuple(part.size for part in parts), np.zeros(1))
+    for before, after in zip(trials, _reweighted(trials, linear), strict=True):
+        factors = [b.sigma / a.sigma for a, b in zip(before.channels, after.channels, strict=True)]
+        assert factors == pytest.approx([np.sqrt(np.mean(np.square(left[seen.quantity]))) for seen in before.channels])
 
 
 def test_what_is_left_counts_the_sensors_noise_whatever_the_weights(found):

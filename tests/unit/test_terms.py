@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from undertow.equation import registry
 from undertow.equation.hidden import even_step, linear_response
@@ -94,6 +95,25 @@ def test_amplitude_dependent_resonator_tends_to_the_linear_one():
     )
     # RK4 with 5 ms steps against the exact first-order hold: (w h)^4
     assert nearly.force(x, v, a, t) == pytest.approx(linear.force(x, v, a, t), abs=1e-5)
+
+
+@pytest.mark.parametrize(("drag", "cubic"), [(0.0, 2e4), (0.0, -3e3), (30.0, 0.0)], ids=["hardens", "softens", "drag"])
+def test_an_amplitude_dependent_resonator_answers_as_its_law_says(drag, cubic):
+    x, v, a, t = _swing()
+    inner = {"quadratic_damping_per_m": drag, "cubic_stiffness_per_m2_s2": cubic}
+    term = registry.find("hidden_resonator", natural_frequency_rad_per_s=12.0, damping_ratio=0.05, **inner)
+
+    def pull(s, u):
+        return 1.2 * u + 144.0 * s + drag * u * np.abs(u) + cubic * s**3
+
+    def slopes(time, y):
+        return [y[1], 1.62 * math.cos(9.0 * time) - pull(*y)]
+
+    s, u = solve_ivp(slopes, (0.0, t[-1]), [0.0, 0.0], "DOP853", t, rtol=1e-10, atol=1e-12).y
+    plain = registry.find("hidden_resonator", natural_frequency_rad_per_s=12.0, damping_ratio=0.05)
+    size = np.max(np.abs(pull(s, u)))
+    assert term.force(x, v, a, t) == pytest.approx(-pull(s, u), abs=1e-3 * size)  # drive interpolated over 5 ms
+    assert np.max(np.abs(plain.force(x, v, a, t) + pull(s, u))) > 0.05 * size
 
 
 def test_relaxation_under_constant_velocity_answers_in_closed_form():

@@ -1,6 +1,6 @@
 """Trials in cells, and how simulated motion moves with every number: against differences of the motion itself."""
 
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
@@ -165,6 +165,17 @@ def test_channels_are_what_is_recorded_and_unknowns_follow_them():
     motion = exact_motion(LONG, 0.1)
     unheld = replace(motion, window=replace(motion.window, held=False))
     assert in_cells(unheld).names == ("x0", "v0", "clock", "gain")
+
+
+def test_other_weights_are_those_of_another_trial_and_the_first_cannot_be_changed_in_place(trial):
+    before = [(seen.sigma, seen.factor) for seen in trial.channels]
+    weighed = trial.reweighted([2.0, 3.0])
+    assert [(seen.sigma, seen.factor) for seen in weighed.channels] == [
+        (by * sigma, by * factor) for by, (sigma, factor) in zip((2.0, 3.0), before, strict=True)
+    ]
+    assert [(seen.sigma, seen.factor) for seen in trial.channels] == before
+    with pytest.raises(FrozenInstanceError):
+        trial.channels[0].sigma = 1.0
 
 
 def test_a_recording_without_motion_is_refused():

@@ -9,7 +9,7 @@ from tests.exact_motions import LONG, exact_group, exact_motion
 from tests.short_trials import LONG as NOISY_LONG
 from tests.short_trials import group, per_mass
 from undertow.conditioning.condition import condition
-from undertow.equation.hydrodynamics import QuadraticDrag
+from undertow.equation.hydrodynamics import LinearDamping, QuadraticDrag
 from undertow.equation.structure import CoulombFriction, Stiffness, ViscousDamping
 from undertow.errors import IdentificationError
 from undertow.methods.weak_form import measured_design, response_channel, second_route
@@ -49,6 +49,14 @@ def test_exact_records_give_exact_coefficients_whatever_was_recorded(change, res
     route = second_route(motions, EQ15, TRUTH, TIGHT)
     assert route.values == pytest.approx(TRUTH, rel=tolerance)
     assert route.response == response
+
+
+@pytest.mark.parametrize("change", [lambda m: only(m, displacement=True), with_rate], ids=["displacement", "velocity"])
+def test_linear_damping_of_the_water_is_weighed_on_the_record_as_that_of_the_structure(change):
+    motions = [change(exact_motion(LONG, 0.1))]
+    laws = (ViscousDamping(), LinearDamping())
+    dry, wet = (measured_design(motions, (Stiffness(), law)).columns[:, 1] for law in laws)
+    assert np.array_equal(dry, wet)
 
 
 def test_trials_of_unequal_length_have_their_own_rows():

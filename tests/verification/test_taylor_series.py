@@ -138,6 +138,28 @@ def test_residuals_and_jacobian_of_the_compiled_search_are_the_general_ones_at_i
         assert np.max(np.abs(jac - own[1]) / np.max(np.abs(own[1]), axis=0)) < 3e-3
 
 
+def test_any_unknown_may_be_the_first_of_a_problem():
+    """Here an accelerometer's clock, of a trial whose release is not late."""
+    problem = two_trials()
+    first = [u.name for u in problem.unknowns].index("clock")
+    order = [first, *(i for i in range(len(problem.unknowns)) if i != first)]
+    at = {old: new for new, old in enumerate(order)} | {-1: -1}
+    usual = Problem(problem.unknowns, tuple(replace(trial, shift=-1) for trial in problem.trials))
+    trials = []
+    for trial in usual.trials:
+        links = tuple(replace(link, unknown=at[link.unknown]) for link in trial.links)
+        channels = tuple(
+            replace(c, **{name: at[getattr(c, name)] for name in ("offset", "drift", "shift", "gain")})
+            for c in trial.channels
+        )
+        trials.append(replace(trial, links=links, channels=channels))
+    turned = output_error.fit(Problem(tuple(problem.unknowns[i] for i in order), tuple(trials)))
+    found = output_error.fit(usual)
+    stderr = np.sqrt(np.diag(found.covariance))
+    assert np.max(np.abs(turned.values - found.values[order]) / stderr[order]) < 1e-2
+    assert np.sqrt(np.diag(turned.covariance)) == pytest.approx(stderr[order], rel=1e-3)
+
+
 def test_a_bound_is_kept_and_named(monkeypatch):
     problem = two_trials()
     bounded = replace(problem.unknowns[0], lower=1300.0, start=1500.0)

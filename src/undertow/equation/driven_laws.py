@@ -137,6 +137,21 @@ def places(terms: Sequence[Term], mover: Mover | None = None) -> tuple[DrivenUnk
     return tuple(out)
 
 
+def must_be_apart(slots: Mapping[str, object]) -> None:
+    """IdentificationError where two of the numbers to be found stand in the same slots: only their sum is known.
+
+    >>> must_be_apart({"stiffness.k_N_per_m": ("k1",), "viscous_damping.c_Ns_per_m": ("c1",)})
+    """
+    by_slots: dict[object, str] = {}
+    for name, own in slots.items():
+        other = by_slots.setdefault(own, name)
+        if other != name:
+            raise IdentificationError(
+                f"{other} and {name} are the same force, and only their sum is known: take one of them out of the "
+                "equation, or hold one"
+            )
+
+
 def numbers_to_find(
     names: Sequence[str], held: Any, starts: Any, asked: Sequence[str] = (), usual: Collection[str] = ()
 ) -> list[str]:

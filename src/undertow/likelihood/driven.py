@@ -18,7 +18,7 @@ from scipy.signal import savgol_filter
 
 from undertow.conditioning.driven import DrivenTrial
 from undertow.equation.base_motion import moving_drive
-from undertow.equation.driven_laws import DrivenUnknown, places
+from undertow.equation.driven_laws import DrivenUnknown, must_be_apart, places
 from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.input import Drive, MotionSize, drive_of
 from undertow.equation.term import Term
@@ -188,6 +188,8 @@ def _equation_unknowns(
         for slot, value in (pair for term in laws.terms for pair in term.constants.items()):
             base[DRIVEN_SLOT[slot]] = value
     fixed = {**laws.usual, **laws.fixed}
+    free = [place.name for place in laws.places if place.name not in {*fixed, *laws.priors}]
+    must_be_apart({name: tuple(at[kind][name] for kind in kinds) for name in free})
     for name, unit, lower, upper, usual in wanted:
         mean, std = laws.priors.get(name, (laws.starts.get(name, usual), np.inf))
         own = name.startswith("input_") and name not in laws.starts and name not in laws.priors

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from undertow.conditioning.harmonic import HarmonicSet
-from undertow.equation.driven_laws import DrivenUnknown, numbers_to_find, places, without_memory
+from undertow.equation.driven_laws import DrivenUnknown, must_be_apart, numbers_to_find, places, without_memory
 from undertow.equation.driven_slots import DRIVEN_SLOT, N_DRIVEN
 from undertow.equation.input import MotionSize
 from undertow.equation.steady_state import NOTHING, SteadyState, closed_orbit, settled
@@ -93,6 +93,7 @@ def fit_harmonic_set(
     if measured.mover != "force" and not held:
         held = {MASS: 1.0}
     free = numbers_to_find(names, held, starts)
+    must_be_apart({u.name: u.slots for u in unknowns if u.name in free})
     if len(free) > 2 * measured.rate.size:
         raise IdentificationError(
             f"{len(free)} numbers are unknown ({', '.join(free)}), and {measured.rate.size} points hold "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,13 +12,13 @@ from experiments.names.studies import STUDIES, hidden_case
 from experiments.names.verdicts import judge
 from tests.concealed.test_diagnosis import SHORT, member
 from undertow.comparison import attempt
-from undertow.comparison.candidate import FEEDING, Candidate, doubt
+from undertow.comparison.candidate import FEEDING, Candidate, _gone_at_once, doubt
 from undertow.comparison.clock import OWN_LEAVES
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import JointFit, fit_joint
 from undertow.comparison.level import Addend, Level, make_level
 from undertow.comparison.limits import FAR_ABOVE_NOISE
-from undertow.comparison.suspect import Addition
+from undertow.comparison.suspect import Addition, Scales
 from undertow.comparison.suspects import SUSPECTS
 from undertow.conditioning.period import dominant_period
 from undertow.equation.kernel import SLOT
@@ -318,3 +319,17 @@ def test_one_trial_shows_a_force_only_where_it_is_a_tone_that_leaves_no_more_tha
     said = doubt(level, alone, replace(alone, misfit=stood))
     none = "external_forcing is distinct from zero in 1 of 1 trials; 2 show a clock of its own"
     assert said == ("" if named else none)
+
+
+@pytest.mark.parametrize(
+    ("rate", "damping", "gone"), [(7.6, 0.31, True), (7.6, 0.05, False), (4.4, 0.6, False), (2.1, 0.9, False)]
+)
+def test_a_mode_that_is_gone_before_the_body_has_swung_is_a_release(rate, damping, gone):
+    """A bad release beside a tone was a resonator at 3.8 times the body's rate with 31 % of damping."""
+    level = SimpleNamespace(scales=SimpleNamespace(fastest=2.0))
+    resonator = next(s for s in SUSPECTS if s.name == "hidden_resonator")
+    additions = resonator.additions(Scales(1.0, 2.0, 0.2, 0.1, 2.0, 2.0), rate)
+    names = {a.slot[:2]: f"hidden_resonator.{a.name}" for a in additions}
+    fit = SimpleNamespace(values={names["hw"]: rate, names["hz"]: damping, names["hm"]: 0.9})
+    said = _gone_at_once(level, fit, Addend("hidden_resonator", additions))
+    assert ("a release that was not sudden looks so" in said) == gone

@@ -39,6 +39,9 @@ RIVAL_ODDS = NAMING_PROBABILITY / (1.0 - NAMING_PROBABILITY)
 """A rival whose posterior odds against the answer are better than 1 to this (99) is named beside it: a name alone is as
 probable, among the sets that are answers, as a name must be beside nothing."""
 
+FAST = 2.5
+"""Rate over the body's fastest from which on a mode that fades at once is no mode."""
+
 UNTOLD = 3.0
 """An inner number whose error is so many times its value is one that the data say nothing of."""
 
@@ -228,6 +231,8 @@ def doubt(level: Level, fit: JointFit, before: JointFit | None = None, doubted: 
             return said
         if addend.frees and (said := _usual(level, fit, addend)):
             return said
+        if said := _gone_at_once(level, fit, addend):
+            return said
         strongest = 0.0
         inner = [n for a in addend.additions if a.inner for n in _names_of(fit, addend, a)]
         for a in addend.additions:
@@ -367,6 +372,16 @@ def _stiffness_differs(level: Level) -> float:
         return math.inf
     slopes = [np.array([load_cell_stiffness(m).value for m in member.motions]) for member in level.members]
     return float(np.std(np.concatenate([one / one.mean() for one in slopes])))
+
+
+def _gone_at_once(level: Level, fit: JointFit, addend: Addend) -> str:
+    """Whether a mode far faster than the body is gone before the body has swung by a radian, in words: it then moves
+    as part of the body, and all that shows it is the release."""
+    inner = {a.slot[:2]: fit.values.get(f"{addend.prefix}.{a.name}", 0.0) for a in addend.additions if a.inner}
+    rate, fades = inner.get("hw", 0.0), inner.get("hw", 0.0) * inner.get("hz", 0.0)
+    if rate < FAST * level.scales.fastest or fades < level.scales.fastest:
+        return ""
+    return f"{addend.prefix} fades within {1.0 / fades:.2g} s: a release that was not sudden looks so"
 
 
 def _usual(level: Level, fit: JointFit, addend: Addend) -> str:

@@ -181,6 +181,21 @@ def test_a_diagnosis_prints_and_draws_itself(found, trials):
         found[5]
 
 
+def test_dry_trials_are_given_as_fit_takes_them():
+    law = {"stiffness": 400.0, "viscous_damping": 1.0}
+    water = law | {"quadratic_drag": 6.0}
+    dry, wet = ([recorded(x0, seed, one) for seed, x0 in enumerate((0.1, 0.09, 0.08))] for one in (law, water))
+    found = undertow.diagnose(
+        undertow.read(wet), [*PRESCRIBED, "quadratic_drag"], dry=undertow.read(dry), suspects=["cubic_stiffness"], **RIG
+    )
+    assert [group.label for group in found] == ["medium air", "medium water"]
+    assert [group.findings.dry for group in found] == [True, False]
+    assert found[0].trials.names == ("dry_r0", "dry_r1", "dry_r2")
+    assert found[1].parameters.loc["drag_Ns2_per_m2", "value"] == pytest.approx(6.0, rel=0.05)
+    with pytest.raises(RecordingError, match="dry is of type ndarray"):
+        undertow.diagnose(undertow.read(wet), PRESCRIBED, dry=np.zeros((3, 100)), **RIG)
+
+
 def test_another_mode_at_more_than_twice_the_bodys_rate_is_found():
     """Between 2.5 and 4 times the body's rate nothing was looked for, and the verdict was "most like a force"."""
     mode = {"mass_kg": 0.2, "natural_frequency_rad_per_s": 27.0, "damping_ratio": 0.01}

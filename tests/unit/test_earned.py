@@ -873,6 +873,9 @@ def test_numbers_in_a_sentence_have_names():
 
 
 def test_an_error_within_repeatability_is_not_said_to_be_missed_beyond_it():
+    in_air = sentence_of(case(dry=True), ["quadratic_drag"], [], {}, 0.01, math.nan, False, ())
+    assert "those of the water in equation.terms are left out" in in_air
+    assert "left out" not in sentence_of(case(dry=True), ["cubic_stiffness"], [], {}, 0.01, math.nan, False, ())
     more = [["relaxation", "cubic_stiffness"], ["relaxation", "drag_exponent"]]
     beside = sentence_of(case(missing=1), ["relaxation"], more, {}, 0.01, math.nan, False, ())
     assert "cannot tell it from" not in beside

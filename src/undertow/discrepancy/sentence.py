@@ -15,6 +15,7 @@ from undertow.comparison.level import Addend
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.naming import DESCRIBE, causes_words, in_words
 from undertow.discrepancy.words import either, least_sets, percent, quantity_of, spelled
+from undertow.equation import registry
 from undertow.quantities import Estimate
 
 EXPLAINS, DESCRIBES, CLOSEST = (
@@ -52,6 +53,8 @@ def sentence_of(
     verb = (CLOSEST if rest else DESCRIBES if left else EXPLAINS)[len(set(names)) > 1]
     alike = "" if rest else causes_words(names)
     parts.append(f"{named[0].upper()}{named[1:]}{verb}{': ' if numbers else ''}{numbers}.{alike}")
+    if case.dry and any(term.of_water for term in map(registry.find, {*names} & {*registry.names()})):
+        parts.append("A dry group is held to the structure's laws: those of the water in equation.terms are left out.")
     if known:
         said = " and ".join(spelled(n) for n in known)
         parts.append(f"The dry trials need {said} already: it belongs to the rig, not to the water.")

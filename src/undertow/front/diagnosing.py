@@ -7,7 +7,7 @@ search (discrepancy/, comparison/), one group's result (diagnosed.py).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Unpack
 
 import pandas as pd
@@ -22,6 +22,7 @@ from undertow.equation.term import Term
 from undertow.errors import ConfigError, IdentificationError
 from undertow.front.columns import Columns, Units
 from undertow.front.diagnosed import DiagnosedGroup
+from undertow.front.fitting import dry_trials
 from undertow.front.known import RigAndRead, parted, terms_of, with_settings
 from undertow.front.reading import Source, read
 from undertow.front.trials import Trials
@@ -68,6 +69,10 @@ class Diagnosis(Verdicts[DiagnosedGroup]):
         return "\n".join([*lines, *(f"not used: {one.reason}" for one in self.failed)])
 
 
+MEDIUM = "medium"
+"""Condition that tells dry trials, given as such, from the others."""
+
+
 def diagnose(
     trials: Source,
     equation: Sequence[str | Term] | Equation | None = None,
@@ -76,7 +81,7 @@ def diagnose(
     columns: Columns | None = None,
     units: Units | None = None,
     group_by: Sequence[str] | None = None,
-    dry: Mapping[str, Condition] | None = None,
+    dry: Mapping[str, Condition] | Source | None = None,
     hold_out: Any = None,
     suspects: Sequence[str] | None = None,
     scatter: Mapping[str, float] | None = None,
@@ -95,7 +100,8 @@ def diagnose(
         is said. A law of your own needs `slots`: the search is done by the compiled integrator.
     t, columns, units : of ``trials``, as of `undertow.read`.
     group_by : conditions that a group shares; none: all trials are one group.
-    dry : conditions of the trials without water, as ``{"water_depth_m": 1.63}``.
+    dry : conditions of the trials without water, as ``{"water_depth_m": 1.63}``; or those trials, as `undertow.fit`
+        takes them, beside which ``trials`` are all in water.
     hold_out : trials that are never fitted: "auto", a list of names, {"every": n} or {"largest": n}.
     suspects : names of what may be missing; all of them where nothing is said.
     scatter : relative standard deviation of k, c, mu from trial to trial, where it is known.
@@ -119,6 +125,8 @@ def diagnose(
     """
     reading, rig = parted(more)
     given = read(trials, columns, units, t=t, **reading)
+    if dry is not None and not isinstance(dry, Mapping):
+        given, group_by, dry = _beside_dry(given, dry_trials(dry), group_by)
     terms = terms_of(equation) if equation is not None else terms_of(given.config.equation.terms)
     unplaced = [term.name for term in terms if not term.slots]
     if unplaced:
@@ -142,6 +150,24 @@ def diagnose(
     findings = run(config, jobs, given=Read(given.motions, given.failed, given.accepted, given.found), terms=own)
     groups = tuple(DiagnosedGroup(group, _of_group(given, group.verdict.trials, config)) for group in findings.groups)
     return Diagnosis(findings, groups)
+
+
+def _beside_dry(
+    given: Trials, dry: Trials, group_by: Sequence[str] | None
+) -> tuple[Trials, list[str], dict[str, Condition]]:
+    """All trials, of which a condition says whether they are in air, and by which conditions they are grouped."""
+    taken = {motion.name for motion in given}
+
+    def marked(trials: Trials, medium: str) -> Trials:
+        motions = []
+        for m in trials:
+            name = f"dry_{m.name}" if medium == "air" and m.name in taken else m.name
+            conditions = {**m.recording.conditions, MEDIUM: medium}
+            motions.append(replace(m, recording=replace(m.recording, name=name, conditions=conditions)))
+        return replace(trials, motions=tuple(motions))
+
+    groups = given.config.trials.group_by if group_by is None else group_by
+    return marked(given, "water") + marked(dry, "air"), [*groups, MEDIUM], {MEDIUM: "air"}
 
 
 def _must_be_there(given: Trials, config: RunConfig, hold_out: Any, dry: Mapping[str, Condition] | None) -> None:

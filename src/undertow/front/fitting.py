@@ -79,7 +79,7 @@ def fit(
     used = agreeing(given, config := with_settings(given.config, {"specimen": rig}))
     specimen = group_specimen(config, [m.recording.conditions for m in used])
     motions = sorted(used, key=lambda m: (m.amplitude, m.name))
-    structure = None if dry is None else _structure(_dry_trials(dry), terms, specimen)
+    structure = None if dry is None else _structure(dry_trials(dry), terms, specimen)
     anchor, notes = _anchor(specimen, structure, motions, terms)
     specimen = on_load_cells(specimen, anchor)
     model = group_model(terms, motions, specimen, structure, dry=False, anchored=anchor.known)
@@ -112,7 +112,7 @@ def _grown(found: GroupFit, motions: Sequence[Motion], options: TrialOptions) ->
     return replace(found, estimates=estimates), grown_words(differ)
 
 
-def _dry_trials(dry: Source) -> Trials:
+def dry_trials(dry: Source) -> Trials:
     """The dry trials; RecordingError, which says that ``dry`` is meant, where they cannot be read."""
     try:
         return read(dry)

@@ -18,7 +18,15 @@ from undertow.equation.hydrodynamics import AddedMass
 from undertow.equation.structure import Stiffness
 from undertow.likelihood.fit import Fit
 from undertow.quantities import Estimate
-from undertow.uncertainty.disagreement import ALIKE, OF_ONE_TRIAL, differing, grown, scatter_to_agree, with_scatter
+from undertow.uncertainty.disagreement import (
+    ALIKE,
+    OF_ONE_TRIAL,
+    _share_of_squares,
+    differing,
+    grown,
+    scatter_to_agree,
+    with_scatter,
+)
 from undertow.uncertainty.growth import HALVES, LEVELS, SPRINGS, TRIALS, Grown, grown_words
 
 LAW = {"stiffness": 400.0, "viscous_damping": 2.0}
@@ -176,3 +184,9 @@ def test_levels_of_one_spring_that_differ_in_stiffness_do_so_too_but_not_dry_gro
     assert grown_between(groups, []) == groups
     dry = [groups[0], group_at("long", 1.0, 300.0, 5300.0, dry=True)]
     assert grown_between(dry, ["water_depth_m"]) == dry
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-160])
+def test_a_trial_with_twice_the_noise_counts_a_quarter_in_any_unit(unit):
+    """Numbers of 1e-160 of noise overflowed, with six lines of warnings before the sentence."""
+    assert _share_of_squares(unit * np.array([1.0, 2.0])) == pytest.approx((1.0 + 0.25**2) / 1.25**2)

@@ -41,6 +41,7 @@ def test_two_clocks_beside_each_other_are_seen_too():
         np.round(SWING / 2e-4) * 2e-4,
         np.where(TIME < 3.0, SWING, SWING[300]),  # a simulated body that has come to rest
         np.round(0.1 * np.exp(-0.2 * TIME) / 1e-4) * 1e-4,  # creeps by less than a step
+        np.floor(np.arange(TIME.size) / 4.0) * 1e-4,  # by one step, every fourth sample
     ],
 )  # fmt: skip
 def test_what_repeats_for_another_reason_stays(values):

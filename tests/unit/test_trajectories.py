@@ -174,7 +174,7 @@ def test_other_weights_are_those_of_another_trial_and_the_first_cannot_be_change
         (by * sigma, by * factor) for by, (sigma, factor) in zip((2.0, 3.0), before, strict=True)
     ]
     assert [(seen.sigma, seen.factor) for seen in trial.channels] == before
-    with pytest.raises(FrozenInstanceError):
+    with pytest.raises(FrozenInstanceError, match="cannot assign to field 'sigma'"):
         trial.channels[0].sigma = 1.0
 
 

@@ -310,7 +310,7 @@ def test_a_small_hysteresis_yields_in_its_look_and_is_found_from_its_starts():
     ahead = peaks(places(level, Stands.of(fit), suspect))[0]
     (stiffness,) = ahead.additions
     assert ahead.gain > 20.0  # at a yield force of its own it would never yield, and be a spring
-    assert stiffness.also is not None
+    assert stiffness.also
     assert stiffness.start == pytest.approx(30000.0, rel=0.5)
     diagnosis = diagnose(level, (suspect,))
     best = max((c for c in diagnosis.candidates if c.suspects), key=lambda c: c.score)
@@ -524,8 +524,8 @@ def test_two_strong_effects_are_found_from_another_first_one(monkeypatch, error,
         return [one(("external_forcing", "hidden_resonator"), score, pair)]
 
     state = SimpleNamespace(
-        level=None, null=null, best=echo, error=error, found=[null, echo, other, force],
-        _as_far_as_possible=beside,
+        level=None, null=null, best=echo, error=error, found=[null, echo, other, force], small=[], screened={},
+        _as_far_as_possible=beside, _first=lambda tried: tried,
     )
     state._beside = partial(search._Search._beside, state)
     state._other_pair = partial(search._Search._other_pair, state)
@@ -551,7 +551,9 @@ def test_a_release_that_leaves_more_than_noise_is_held_against_pairs(monkeypatch
     for left, answer in ((703.0, "hidden_resonator"), (2.0, "")):
         null, release = one((), 0.0, 16655.0), one(("imperfect_release",), 50.0, left)
         water, both = one(("hidden_resonator",), 40.0, 450.0), one(("hidden_resonator", "linear_damping"), 92.0, 4.0)
-        state = SimpleNamespace(level=None, null=null, best=release, error=2.0, found=[null, release, water])
+        state = SimpleNamespace(
+            level=None, null=null, best=release, error=2.0, found=[null, release, water], small=[], screened={}
+        )
         state._beside = lambda singles, both=both: [both]
         state._other_pair = partial(search._Search._other_pair, state)
         ahead = search._Search._from_another_first(state)
@@ -619,6 +621,7 @@ def test_a_law_that_hides_is_more_probable_by_a_million_takes_the_rest_and_moves
     led, asked = [one(280.0, 1.0, "it is 0.8 standard errors from zero")], []
     state = SimpleNamespace(
         level=None, best=one(219.0, 2.162), error=0.8, suspects=(), found=[hidden], _spending=lambda *_: led,
+        _further_on=lambda tried: tried,
         _without_one=lambda tried, least: asked.append((tried, least)),
     )
     ahead = search._Search._hiding_beside(state)

@@ -138,7 +138,8 @@ def test_a_second_law_is_looked_for_where_the_first_leaves_more_than_noise_thoug
 
 
 def test_a_dashpot_that_hides_beside_water_near_the_bodys_rate_is_named_and_drag_is_right(monkeypatch):
-    """A resonator alone is as close as repetitions are and leaves 1.3 times the noise, with 1.6 times the drag."""
+    """A resonator alone is as close as repetitions are and leaves hardly more than noise; the structure's own dashpot
+    then stands seven errors above what dry trials say of it."""
     resonator = registry.find("hidden_resonator", natural_frequency_rad_per_s=11.0, damping_ratio=0.01)
     hidden = ((resonator, 60.0), (registry.find("linear_damping"), 300.0))
     level = make_level([replace(member("short", (0.02, 0.03, 0.04), 6300, hidden), allowed=0.08)])
@@ -151,7 +152,7 @@ def test_a_dashpot_that_hides_beside_water_near_the_bodys_rate_is_named_and_drag
     alone = diagnose(level, suspects).best
     assert alone.names == ("hidden_resonator",)
     assert alone.fit.misfit < 1.5
-    assert alone.fit.value("drag_coefficient") > 2.2
+    assert alone.fit.value("c_mean@short") > 5.0 * alone.fit.solution.stderr("c_mean@short")
 
 
 def test_what_has_no_evidence_alone_is_tried_beside_an_answer_that_is_near():
@@ -161,8 +162,7 @@ def test_what_has_no_evidence_alone_is_tried_beside_an_answer_that_is_near():
     level = make_level([replace(member("short", (0.02, 0.03, 0.04), 6300, hidden), allowed=0.3)])
     names = ("linear_damping", "hidden_resonator", "cubic_stiffness", "stribeck_friction", "relaxation")
     said = diagnose(level, chosen(names))
-    (alone,) = [c for c in said.candidates if c.names == ("cubic_stiffness",)][:1]
-    assert alone.score < said.null.score
+    assert diagnose(level, chosen(("cubic_stiffness",))).best.names == ()
     assert said.best.names == ("hidden_resonator", "cubic_stiffness")
     assert said.best.fit.misfit < 1.1
     value, error = (at("cubic_stiffness.N_per_m3@short") for at in (said.best.fit.value, said.best.fit.solution.stderr))

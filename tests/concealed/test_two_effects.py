@@ -103,7 +103,7 @@ def test_a_force_that_changes_along_the_record_and_goes_with_the_release_is_a_me
     level = make_level([member("short", SHORT, 5000)])
     (one,) = level.members
     force = next(s for s in SUSPECTS if s.name == "external_forcing")
-    addend = Addend("external_forcing", force.wider[-1](level.scales, 14.0))
+    addend = Addend("external_forcing", force.wider[1](level.scales, 14.0))
     fit = fit_joint(level, (addend,), 1.0, {}, 10.0, growing=False, quick=True)
     names = fit.solution.problem.names
 
@@ -114,16 +114,16 @@ def test_a_force_that_changes_along_the_record_and_goes_with_the_release_is_a_me
                 names.index(f"external_forcing.cosine_N[{motion.name}]"),
                 names.index(f"external_forcing.sine_N[{motion.name}]"),
             )
-            end = float(motion.windowed("t")[-1])
-            values[list(at)] = 3000.0 * motion.amplitude * np.array([np.cos(phase), np.sin(phase)])
-            for part, value in zip(("cosine", "sine"), values[list(at)], strict=True):
-                values[names.index(f"external_forcing.{part}_N_per_s[{motion.name}]")] = -0.9 * value / end
-                values[names.index(f"external_forcing.{part}_N_per_s2[{motion.name}]")] = 0.0
+            begins = 3000.0 * motion.amplitude * np.array([np.cos(phase), np.sin(phase)])
+            values[list(at)] = 0.55 * begins
+            for part, value in zip(("cosine", "sine"), begins, strict=True):  # dies out to a tenth along a line
+                values[names.index(f"external_forcing.{part}_N_1[{motion.name}]")] = 0.45 * value
+                values[names.index(f"external_forcing.{part}_N_2[{motion.name}]")] = 0.0
         values[names.index("external_forcing.frequency_rad_per_s")] = rate
         dying = replace(fit, solution=replace(fit.solution, values=values), misfit=left)
         return doubt(level, dying, None if stood is None else replace(dying, misfit=stood))
 
-    assert "tied to the release: phases and sizes agree in all trials by 100 %" in said(np.full(3, 0.4))
+    assert "tied to the release: phases and sizes agree in all trials by 97 %" in said(np.full(3, 0.4))
     beside, own = 2.0 * np.pi * np.arange(3) / 3.0, 2.0 * np.pi / dominant_period(one.motions[0])
     changing = "leaves more than noise: a body whose rate goes with its swing looks so"  # as a gap's
     assert changing in said(beside, 0.95 * own)

@@ -184,7 +184,7 @@ def test_verdicts_of_groups_judged_together_come_back_in_their_order(task: Group
     run = AugmentedRun(0.02, np.array([1.0, 0.5]), 0.07)
     by_spring = (("long", 80.0, 2.0), ("short", 70.0, 3.0))
     friction = Addition("force_N", "N", "fc", 0.0, 1.0, scope="spring", by_spring=by_spring, moves=("fc", "fs"))
-    sine = Addition("stiffness_N_per_m", "N/m", "k", 0.0, 1.0, also=("k3", -1.0 / 6.0))
+    sine = Addition("stiffness_N_per_m", "N/m", "k", 0.0, 1.0, also=(("k3", -1.0 / 6.0),))
     addends = (Addend("0.friction", (friction, sine)), Addend("1.clock", (), frees="clock", centre=0.1))
     judged = Judged((explained, plain), ("long", "short"), addends, {"0.friction.force_N": (80.0, 2.0)}, {"a": run})
     checkpoints.save_verdicts(judged, tmp_path / "v.json")

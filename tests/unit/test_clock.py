@@ -12,18 +12,23 @@ from undertow.comparison.clock import TIED, TIED_SURELY, _locked, no_clock, part
 
 RELEASES = (0.02, 0.05, 0.01, 0.03)
 TIMES = np.linspace(0.0, 10.0, 101)
-STEADY = ("cosine_N", "sine_N")
-CHANGING = (*STEADY, "cosine_N_per_s", "sine_N_per_s", "cosine_N_per_s2", "sine_N_per_s2")
+STEADY = {"cosine_N": ("gcos",), "sine_N": ("gsin",)}
+CHANGING = {f"{part}e_N_{n}": ("g" + part[:3], f"g{part[:3]}{end}") for n, end in enumerate(("_t", "_tt"), start=1)
+            for part in ("cosin", "sin")}  # fmt: skip
 
 
 def fitted(forces: np.ndarray, misfit: float = 3.0) -> tuple[Any, Any, Any]:
     """A level of two springs with two trials each, a fit with forces (4, 2 or 6) of known size, and the force."""
-    names = STEADY if forces.shape[1] == 2 else CHANGING
+    slots = STEADY if forces.shape[1] == 2 else STEADY | CHANGING
+    names = list(slots)
     trials = [f"r{i}" for i in range(4)]
     motions = [SimpleNamespace(name=name, amplitude=x0) for name, x0 in zip(trials, RELEASES, strict=True)]
     force = SimpleNamespace(
         prefix="external_forcing", has_its_own_clock=True,
-        additions=[SimpleNamespace(name=name, of_its_own=True) for name in names],
+        additions=[
+            SimpleNamespace(name=name, of_its_own=True, also=own[1:], slots=tuple((slot, 1.0) for slot in own[-1:]))
+            for name, own in slots.items()
+        ],
     )  # fmt: skip
     unknowns = [f"external_forcing.{name}[{trial}]" for trial in trials for name in names]
     problem = SimpleNamespace(names=unknowns, trials=[SimpleNamespace(name=n, t=TIMES) for n in trials])

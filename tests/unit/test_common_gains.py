@@ -70,7 +70,10 @@ def test_a_mean_amplitude_is_no_surer_than_the_fit_nor_than_its_trials_differ():
     same = 0.1**2 * np.outer(values, values) / 25.0  # all sizes off by the same, .1 N
     trials = [SimpleNamespace(name=f"r{i}", t=np.array([0.0, 8.0])) for i in range(4)]
     fit = Fit(Solution(SimpleNamespace(names=names, trials=trials), same, values))
-    own = [SimpleNamespace(name=f"{part}_N", of_its_own=True) for part in ("cosine", "sine")]
+    own = [
+        SimpleNamespace(name=f"{part}_N", of_its_own=True, slots=((slot, 1.0),))
+        for part, slot in (("cosine", "fcos"), ("sine", "fsin"))
+    ]
     force = SimpleNamespace(prefix="external_forcing", additions=own)
     found = _mean_amplitude(fit, force)
     assert (found.value, found.stderr) == pytest.approx((5.0, 0.1))

@@ -6,11 +6,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from undertow.comparison import attempt, needless
-from undertow.comparison.attempt import closed_up
+from undertow.comparison import needless
 from undertow.comparison.candidate import Candidate, rivals_of
 from undertow.comparison.level import Addend, Level
-from undertow.comparison.needless import leanest, shorter_sets
+from undertow.comparison.needless import closed_up, leanest, shorter_sets
 from undertow.comparison.suspect import Addition, Scales
 from undertow.comparison.suspects import SUSPECTS
 from undertow.errors import IdentificationError
@@ -121,23 +120,23 @@ def test_what_is_left_out_leaves_no_empty_place_to_the_integrator(monkeypatch):
         fitted.append([a.slot for one in addends for a in one.additions])
         raise IdentificationError("no motion")
 
-    monkeypatch.setattr(attempt, "fit_joint", refused)
+    monkeypatch.setattr(needless, "fit_joint", refused)
     own = (addend("hm1", "hw1"), addend("hm2", "hw2"), addend("c3"))
     fit = SimpleNamespace(addends=own, shared_water=True, memory=1.0, values={}, misfit=1.0)
     candidate = SimpleNamespace(suspects=("one", "two", "three"), fit=fit)
     level = Level((), Scales(1.0, 1.0, 1.0, 1.0, 1.0, 1.0))
-    assert attempt.without(level, NULL, candidate, 0, 0.0) is None
+    assert needless.without(level, NULL, candidate, 0, 0.0) is None
     assert fitted == [["hm1", "hw1", "c3"]]
 
 
 @pytest.mark.parametrize(("others", "before"), [(1, 100.0), (2, 1.0)])
 def test_one_effect_alone_is_judged_beside_the_prescribed_equation(monkeypatch, others, before):
     asked: list[float] = []
-    monkeypatch.setattr(attempt, "doubt", lambda _level, _fit, stood, *_: asked.append(stood.misfit) or "")
+    monkeypatch.setattr(needless, "doubt", lambda _level, _fit, stood, *_: asked.append(stood.misfit) or "")
     fit = SimpleNamespace(addends=(addend("c3"),) * (others + 1), shared_water=True, memory=1.0, values={}, misfit=1.0)
-    monkeypatch.setattr(attempt, "fit_joint", lambda *_, **__: fit)
+    monkeypatch.setattr(needless, "fit_joint", lambda *_, **__: fit)
     level = Level((), Scales(1.0, 1.0, 1.0, 1.0, 1.0, 1.0))
-    attempt.without(level, NULL, SimpleNamespace(suspects=("a", "b", "c")[: others + 1], fit=fit, out=""), 0, 0.0)
+    needless.without(level, NULL, SimpleNamespace(suspects=("a", "b", "c")[: others + 1], fit=fit, out=""), 0, 0.0)
     assert asked == [before]
 
 

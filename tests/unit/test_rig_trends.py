@@ -66,6 +66,6 @@ def test_each_springs_dry_numbers_stand_with_their_errors():
 
 
 def test_a_sine_gives_back_what_it_takes_from_the_line():
-    sine = Addend("sine_restoring", (Addition("N_per_m", "N/m", "ks", 0.0, 1.0, also=("k1", -1.0)),))
+    sine = Addend("sine_restoring", (Addition("N_per_m", "N/m", "ks", 0.0, 1.0, also=(("k1", -1.0),)),))
     (standing,) = standing_addends([Judged((), ("all",), (sine,), {"sine_restoring.N_per_m": (30.0, 1.0)})])
     assert known_slots([standing], "all") == {"ks": 30.0, "k1": -30.0}

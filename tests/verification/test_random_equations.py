@@ -16,7 +16,7 @@ from undertow.equation.kernel import integrate
 
 MOTIONS = json.loads(Path(__file__).with_name("random_motions.json").read_text())
 """Motions by formulas and derivatives written by hand: a row each, with sensitivities by every number that it has.
-The last three rows, of laws that came later, are by scipy's DOP853 with variational equations written by hand. The
+The last four rows, of laws that came later, are by scipy's DOP853 with variational equations written by hand. The
 sixth, whose bristles yield, is held at a twentieth of its first step: steps beside bristles are others now, and its
 values are those of the same formulas with steps of a fortieth (c7eaa725, which gave the first values to 2e-14)."""
 

@@ -12,15 +12,14 @@ from dataclasses import replace
 import numpy as np
 
 from undertow.comparison.candidate import Candidate, doubt
-from undertow.comparison.explained import swings
-from undertow.comparison.joint import WIDER, JointFit, fit_joint
+from undertow.comparison.joint import WIDER, JointFit, at_memory, fit_joint
 from undertow.comparison.level import Addend, Level
-from undertow.comparison.limits import FAR_ABOVE_NOISE
 from undertow.comparison.score_test import GridPlace, renumbered
 from undertow.comparison.suspect import COMMON, EACH_SPRING, Addition, Suspect
 from undertow.comparison.suspects import RADIATION, kernel_additions
 from undertow.errors import IdentificationError
 from undertow.likelihood.budget import BudgetError, metered
+from undertow.likelihood.noise import residual_memory
 
 REFINED = 2
 """Of several starts, so many of the best are followed to their end."""
@@ -34,6 +33,12 @@ QUICK_LOOKS = 300.0
 LOST_LOOKS = 2.0
 """Times `QUICK_LOOKS`: what a law's own start may spend where all fits from its grid lost the way. Bristles take short
 steps."""
+
+NO_MORE_THAN_NOISE = 1.2
+"""Mean squared residual over noise up to which nothing is left to be found by another start, or a wider form."""
+
+IN_VAIN = 2
+"""Wider forms of a law one after the other that came no closer: a further one would not either."""
 
 OUT_OF_REACH = 1.2
 """A fit finds a line from a start within this ratio of its frequency."""
@@ -134,11 +139,21 @@ def from_twin(
 
 def widened(level: Level, best: Candidate, suspect: Suspect, found: Candidate | None) -> Candidate | None:
     """What was found of a suspect, or, while it leaves more than noise, its wider forms from there where they come
-    closer."""
+    closer: each judged at the memory of what the one before it leaves. At that of what stands, which swings for long, a
+    record may count as two samples, and nothing would be worth a number more."""
+    ahead, in_vain = found, 0
     for wider in suspect.wider:
-        if found is not None and found.fit.misfit > FAR_ABOVE_NOISE:
-            found = _closer(level, best, found, found, wider(level.scales, suspect.starts(level.scales)[0]))
-    return found
+        if ahead is None or ahead.fit.misfit <= NO_MORE_THAN_NOISE or in_vain == IN_VAIN:
+            break
+        last = ahead.fit.addends[-1]
+        inner = next(a.name for a in last.additions if a.inner)
+        memory = min(residual_memory(ahead.fit.solution), best.fit.memory)
+        before = replace(ahead, fit=at_memory(ahead.fit, memory))
+        ahead = _closer(level, best, before, before, wider(level.scales, ahead.fit.value(f"{last.prefix}.{inner}")))
+        in_vain = in_vain + 1 if ahead is before else 0
+    if found is None or ahead is None or ahead.fit.solution is found.fit.solution:
+        return found
+    return replace(ahead, fit=at_memory(ahead.fit, best.fit.memory))
 
 
 def anew(level: Level, best: Candidate, found: Candidate) -> Candidate:
@@ -156,10 +171,12 @@ def anew(level: Level, best: Candidate, found: Candidate) -> Candidate:
 def _closer(
     level: Level, best: Candidate, found: Candidate, start: Candidate, additions: tuple[Addition, ...]
 ) -> Candidate:
-    """What was found, or the same with these unknowns, from where ``start`` ended, if that comes closer."""
+    """What was found, or the same with these unknowns (if any), from where ``start`` ended and at the noise that it
+    leaves, if that comes closer: at the noise of what stands, a thousand times that, priors would lead away."""
     level = replace(level, shared_water=start.fit.shared_water)
     addend = Addend(start.fit.addends[-1].prefix, renumbered(additions, best.fit.addends))
-    fit = _with(level, best, (addend,), start.fit.values, growing=False)
+    stands = replace(best, fit=replace(best.fit, memory=found.fit.memory, misfit=start.fit.misfit))
+    fit = _with(level, stands, (addend,), start.fit.values, growing=False) if additions else None
     if fit is None or fit.criterion >= found.fit.criterion:
         return found
     fit = _refined(level, fit)
@@ -208,31 +225,11 @@ def as_radiation(level: Level, candidate: Candidate) -> Candidate:
     return Candidate((*candidate.suspects[:-1], RADIATION), fit, candidate.log_prior, said)
 
 
-def without(level: Level, null: JointFit, candidate: Candidate, place: int, prior: float) -> Candidate | None:
-    """The same model without the effect at ``place``, refitted from where the others are; None where that gives no
-    motion. Its numbers are judged beside what stood before: of one effect alone the prescribed equation, ``null``."""
-    fit = candidate.fit
-    kept = [i for i in range(len(candidate.suspects)) if i != place]
-    own = fit.addends[len(level.standing) :]
-    level = replace(level, shared_water=fit.shared_water)
-    addends = closed_up((*level.standing, *(own[i] for i in kept)))
-    try:
-        fit = fit_joint(level, addends, fit.memory, fit.values, fit.misfit, growing=False)
-    except IdentificationError:
-        return None
-    said = doubt(level, fit, null) if len(kept) == 1 else doubt(level, fit, candidate.fit, candidate.out)
-    return Candidate(tuple(candidate.suspects[i] for i in kept), fit, prior, said)
-
-
-def closed_up(addends: Sequence[Addend]) -> tuple[Addend, ...]:
-    """Addends whose resonators take the integrator's places one after the other, without one that is left empty."""
-    found: list[Addend] = []
-    for addend in addends:
-        if swings(addend):
-            place = str(1 + sum(swings(earlier) for earlier in found))
-            addend = replace(addend, additions=tuple(replace(a, slot=a.slot[:-1] + place) for a in addend.additions))
-        found.append(addend)
-    return tuple(found)
+def at_own(level: Level, best: Candidate) -> Candidate:
+    """What stands fitted once more at the memory at which it is valued: one linear step from it says then what a law
+    beside it is worth, and priors weigh as much as they do there."""
+    fit = _refined(level, best.fit)
+    return replace(best, fit=fit) if fit.criterion < best.fit.criterion + SAME_END else best
 
 
 def penalty_of(level: Level, fit: JointFit, suspect: Suspect) -> float:

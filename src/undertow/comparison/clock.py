@@ -12,6 +12,7 @@ import numpy as np
 from undertow.comparison.joint import JointFit, shared_theta
 from undertow.comparison.level import Addend, Level
 from undertow.comparison.limits import FAR_ABOVE_NOISE
+from undertow.equation.forcing import ENVELOPE
 from undertow.equation.kernel import SLOT
 from undertow.recording.recording import Array
 
@@ -47,9 +48,6 @@ LOCKED = 0.7
 """Twice the phases agree by at least this where a force near the body's own frequency is locked to the release, as what
 the equation leaves is; of phases drawn at random, those of three trials do so in 27 of 100 campaigns, of six in 5."""
 
-STEADY = ("cosine_N", "sine_N")
-"""Unknowns of each trial that a force has whose size and phase stay; others say how they change."""
-
 PURE = 0.998
 """Share of what lies above noise that a force with a size and a phase of its own in every trial explains, down to the
 noise, only if it is one: what an equation leaves of the body's own motion dies out with it and is no tone. Of seiches
@@ -72,19 +70,20 @@ def _clock(fit: JointFit, force: Addend) -> float:
 def parts_of(fit: JointFit, force: Addend, trial: str, share: float = 0.5) -> tuple[list[int], Array]:
     """An outside force's cosine and sine in the middle of one trial, or after another ``share`` of it, as a sum of
     unknowns: their places (n,), and what each counts (2, n)."""
-    names, rows = fit.solution.problem.names, []
+    names = fit.solution.problem.names
     t = next(one.t for one in fit.solution.problem.trials if one.name == trial)
     at = float(t[0] + share * (t[-1] - t[0]))
     own = [a for a in force.additions if a.of_its_own]
-    for part in STEADY:
-        counts = {part: 1.0, f"{part}_per_s": at, f"{part}_per_s2": at**2}
-        rows.append([counts.get(a.name, 0.0) for a in own])
+    rows = [
+        [sum(by * at ** ENVELOPE.index(slot[4:]) for slot, by in a.slots if slot[1:4] == part) for a in own]
+        for part in ("cos", "sin")
+    ]
     return [names.index(f"{force.prefix}.{a.name}[{trial}]") for a in own], np.array(rows)
 
 
 def changes(force: Addend) -> bool:
     """Whether an outside force changes along the record."""
-    return any(a.of_its_own and a.name not in STEADY for a in force.additions)
+    return any(a.of_its_own and a.also for a in force.additions)
 
 
 def _size(fit: JointFit, force: Addend, trial: str, share: float = 0.5) -> complex:

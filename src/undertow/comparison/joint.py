@@ -25,7 +25,7 @@ from undertow.conditioning.period import dominant_period
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood import output_error
-from undertow.likelihood.free_run import free_run
+from undertow.likelihood.free_run import Own, free_run
 from undertow.likelihood.noise import BY_CHANCE, residual_memory
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.priors import DRIFT_SHARE, GAIN_STD
@@ -187,8 +187,7 @@ def _links(builder: ProblemBuilder, prefix: str, a: Addition, spring: str, trial
         start, prior = known[spring]
     limits = {"lower": a.lower, "upper": a.upper, "prior_std": prior, "scale": a.scale}
     index = builder.unknown(name, start, unit=a.unit, **limits)
-    found = [Link(SLOT[a.slot], index)]
-    return found if a.also is None else [*found, Link(SLOT[a.also[0]], index, a.also[1])]
+    return [Link(SLOT[slot], index, factor) for slot, factor in a.slots]
 
 
 def _free_hidden(builder: ProblemBuilder, addend: Addend, scales: Scales, trial: str) -> list[Link]:
@@ -239,9 +238,10 @@ def _rms_error(level: Level, fit: JointFit, units: Sequence[float]) -> float:
     return math.sqrt(float(np.mean(squares)))
 
 
-def sizes_of_its_own(addends: Sequence[Addend]) -> dict[str, float]:
-    """Slots that are every trial's own, as its release is, with their scales."""
-    return {a.slot: a.scale for addend in addends for a in addend.additions if a.of_its_own}
+def sizes_of_its_own(addends: Sequence[Addend]) -> Own:
+    """Unknowns that are every trial's own, as its release is: scale, and slots with their factors."""
+    every = ((f"{addend.prefix}.{a.name}", a) for addend in addends for a in addend.additions if a.of_its_own)
+    return {name: (a.scale, a.slots) for name, a in every}
 
 
 def _error(level: Level, member: Member, fit: JointFit, motion: Motion) -> float:
@@ -274,9 +274,8 @@ def shared_theta(level: Level, member: Member, fit: JointFit, trial: str, learne
     for addend in fit.addends:
         for a in addend.additions:
             value = known.get(full_name(addend.prefix, a, member.label, trial), 0.0)
-            theta[SLOT[a.slot]] += value
-            if a.also is not None:
-                theta[SLOT[a.also[0]]] += a.also[1] * value
+            for slot, factor in a.slots:
+                theta[SLOT[slot]] += factor * value
             if member.free_start and a.slot.startswith("hw"):
                 for slot in (f"hs{a.slot[2:]}", f"hu{a.slot[2:]}"):
                     theta[SLOT[slot]] += known.get(f"{addend.prefix}.{slot}[{trial}]", 0.0)

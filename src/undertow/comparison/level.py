@@ -131,7 +131,8 @@ def make_level(members: Sequence[Member], standing: Sequence[Addend] = ()) -> Le
     unknown = [c.start for c in first.coefficients if c.slot == "mass"]
     mass = float(first.base[SLOT["mass"]]) or next(iter(unknown), 1.0)
     rate = rates[loudest]
-    scales = Scales(mass, rate, speeds[loudest], motions[loudest].amplitude, min(rates), max(rates))
+    record = max(float(m.windowed("t")[-1]) for m in motions)
+    scales = Scales(mass, rate, speeds[loudest], motions[loudest].amplitude, min(rates), max(rates), record)
     late = {m.name: accelerometer_late_s(m) for m in motions if "acceleration" in m.recording.channels}
     return Level(tuple(members), scales, standing=tuple(standing), late_s=late)
 

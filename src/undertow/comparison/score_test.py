@@ -261,7 +261,7 @@ def _reduced(
             theta[SLOT[a.slot]] = a.start
         else:
             index = names.index(full_name("", a, member.label, trial.name))
-            for slot, factor in ((a.slot, 1.0), *((a.also,) if a.also is not None else ())):
+            for slot, factor in a.slots:
                 theta[SLOT[slot]] += factor * TINY * a.scale if a.slot in SKIPPED_AT_ZERO else 0.0
                 links.append(Link(SLOT[slot], index, factor))
     late = values[trial.shift] if trial.shift >= 0 else 0.0

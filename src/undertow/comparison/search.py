@@ -54,7 +54,7 @@ class _Search(Trying):
             if depth and (near or len(self.best.suspects) == MOST_EFFECTS):
                 break
             tried = self._as_far_as_possible(depth)
-            tried = self._at_own_memory(tried if depth else self._anew(tried), depth)
+            tried = self._further_on(tried) if depth else self._first(self._anew(tried))
             self.found += tried
             possible = sorted((c for c in tried if not c.out), key=lambda c: -c.score)
             probable = [c for c in possible if c.score > self.best.score + ODDS]
@@ -66,7 +66,7 @@ class _Search(Trying):
             if ahead is None:
                 break
             ahead = self._leaner(*ahead, ahead[0].score) or ahead
-            self.best, self.error = self._plainer(ahead, probable)
+            self._stand(*self._plainer(ahead, probable))
         self.best, self.error = self._two_that_leave_noise() or (self.best, self.error)
         self.best, self.error = self._from_another_first() or (self.best, self.error)
         self.best, self.error = self._hiding_beside() or (self.best, self.error)
@@ -114,7 +114,7 @@ class _Search(Trying):
             pairs += self._as_far_as_possible(1)
         self.best = stands
         self.found = [*self.found, *pairs]
-        return pairs
+        return self._first(pairs)
 
     def _from_another_first(self) -> tuple[Candidate, float] | None:
         """Two effects, with the free run's error, that are more probable than an answer which leaves much of what lies
@@ -127,9 +127,11 @@ class _Search(Trying):
         any_two = one and (changes(self.best.fit.addends[-1]) or (noisy and self.best.suspects[0].of_the_release))
         if any_two or (short and self.error > 1.0 and self.best.suspects):
             return self._other_pair(self.best.suspects[:1])
-        found, pair = self.found, self._other_pair(self.best.suspects) if one and short else None
-        if pair is None or not explains(self.null, pair[0], ALL):
-            self.found, pair = found, None  # what only describes is no rival of what was not looked for either
+        before = self.null, self.best, self.found, self.small, self.screened
+        pair = self._other_pair(self.best.suspects) if one and short else None
+        if pair is None or not explains(self.null, pair[0], ALL):  # what only describes is no rival of what was not
+            self.null, self.best, self.found, self.small, self.screened = before  # looked for either
+            return None
         return pair
 
     def _in_place_of_two(self) -> tuple[Candidate, float] | None:
@@ -155,7 +157,7 @@ class _Search(Trying):
         enough = self.error <= 1.0 and self.best.fit.misfit <= FAR_ABOVE_NOISE
         if not enough or not 0 < len(self.best.suspects) < MOST_EFFECTS:
             return None
-        beside = self._spending(1, [s for s in self.suspects if s.of_the_body], False)
+        beside = self._further_on(self._spending(1, [s for s in self.suspects if s.of_the_body], False))
         self.found += beside
         able = [c for c in self.found if c.score > self.best.score + OVERWHELMING and hides(self.best, c)]
         ahead = max(able, key=lambda c: c.score, default=None)
@@ -179,19 +181,41 @@ class _Search(Trying):
         able = [c for c in pairs if not c.out and c.score > least and explains(self.null, c, ALL)]
         return max(((c, free_run_error(self.level, c.fit)) for c in able), key=lambda pair: pair[0].score, default=None)
 
-    def _at_own_memory(self, tried: list[Candidate], depth: int) -> list[Candidate]:
-        """The candidates, and what stands, valued at the memory between that of the equation's residual and that of the
-        closest candidate's: what a missing law leaves swings for long, and would pass for few samples of noise."""
-        if depth or not tried:
-            return tried
-        closest = min(tried, key=lambda c: c.fit.misfit)
-        memory = math.sqrt(self.null.fit.memory * residual_memory(closest.fit.solution))
+    def _first(self, tried: list[Candidate]) -> list[Candidate]:
+        """What was tried beside the prescribed equation, and all that was found before, valued at the memory of the
+        closest: what a missing law leaves swings for long, and would pass for few samples of noise."""
+        return self._valued(tried, min(tried, key=lambda c: c.fit.misfit, default=self.null))
+
+    def _further_on(self, tried: list[Candidate]) -> list[Candidate]:
+        """The same beside what stands, where the closest of the candidates is more probable than that then."""
+        closest = min((c for c in tried if not c.out), key=lambda c: c.fit.misfit, default=self.null)
+        one, other = (at_memory(c.fit, self._memory(closest)).criterion for c in (closest, self.best))
+        ahead = 0.5 * (other - one) + closest.log_prior - self.best.log_prior
+        return self._valued(tried, closest) if ahead > ODDS else tried
+
+    def _memory(self, closest: Candidate) -> float:
+        """Memory between that of what stands (or the equation) and that of a candidate's residual."""
+        return math.sqrt(self.memory * residual_memory(closest.fit.solution))
+
+    def _valued(self, tried: list[Candidate], closest: Candidate) -> list[Candidate]:
+        """The candidates, and all that was found before, valued at the memory of one of them, if it is shorter."""
+        memory = self._memory(closest)
         if memory >= self.null.fit.memory:
             return tried
-        self.null = replace(self.null, fit=at_memory(self.null.fit, memory))
-        self.best, self.found = self.null, [self.null]
+        old = [self.null, self.best, *self.found, *self.small, *tried]
+        new = {id(c): replace(c, fit=at_memory(c.fit, memory)) for c in old}
+        self.null, self.best = new[id(self.null)], new[id(self.best)]
+        self.found, self.small = ([new[id(c)] for c in many] for many in (self.found, self.small))
         self.screened = {k: replace(s, score=self.null.score + s.relative) for k, s in self.screened.items()}
-        return [replace(c, fit=at_memory(c.fit, memory)) for c in tried]
+        return [new[id(c)] for c in tried]
+
+    def _stand(self, ahead: Candidate, error: float) -> None:
+        """Let a candidate be what stands, all valued at the memory of what it leaves, and fitted once more there."""
+        self.best, self.error = ahead, error
+        self._valued([], self.best)
+        again = attempt.at_own(self.level, self.best)
+        self.found = [again if c is self.best else c for c in self.found]
+        self.best, self.memory = again, min(residual_memory(again.fit.solution), self.memory)
 
     def _worthwhile(self, probable: Sequence[Candidate], remaining: float) -> tuple[Candidate, float] | None:
         """The most probable candidate that brings the free run closer by what counts, with its error; where none does,

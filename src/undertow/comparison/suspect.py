@@ -23,7 +23,7 @@ COMMON = frozenset({"acceleration_shift_s", "acceleration_gain"})
 @dataclass(frozen=True)
 class Scales:
     """Sizes of one level's motion: mass (kg), angular rate (rad/s), speed (m/s), displacement (m), slowest and
-    fastest body rate over the springs (rad/s)."""
+    fastest body rate over the springs (rad/s), and the longest record (s)."""
 
     mass: float
     rate: float
@@ -31,6 +31,7 @@ class Scales:
     size: float
     slowest: float
     fastest: float
+    record: float = 1.0
 
     @property
     def force(self) -> float:
@@ -44,8 +45,8 @@ class Addition:
 
     ``inner`` marks what has no effect where the coefficient beside it is zero (a frequency, a time), ``takes`` what
     would feed energy into the motion if it were negative, though no bound says so. ``replaces`` is
-    the slot of a coefficient of the equation that is left out beside it; ``also`` a slot that it moves too, with the
-    factor (a sine instead of a line); ``by_spring`` (label, value, standard error) what each spring's dry trials say;
+    the slot of a coefficient of the equation that is left out beside it; ``also`` slots that it moves too, with their
+    factors (a sine instead of a line); ``by_spring`` (label, value, standard error) what each spring's dry trials say;
     ``moves`` says that everything in the first slot, scatter included, stands in the second instead (dry friction
     becomes the yield force of bristles); ``endless`` what has a shape of its own at its upper bound and beyond (a
     change so slow that it is a straight line): there its size alone says whether it is there.
@@ -63,10 +64,15 @@ class Addition:
     inner: bool = False
     takes: bool = False
     replaces: str = ""
-    also: tuple[str, float] | None = None
+    also: tuple[tuple[str, float], ...] = ()
     by_spring: tuple[tuple[str, float, float], ...] = ()
     moves: tuple[str, str] | None = None
     endless: bool = False
+
+    @property
+    def slots(self) -> tuple[tuple[str, float], ...]:
+        """All slots that it moves, with their factors."""
+        return ((self.slot, 1.0), *self.also)
 
     @property
     def differs(self) -> bool:
@@ -100,7 +106,8 @@ class Suspect:
     with the release shows there and nowhere else.
 
     ``wider`` gives the same unknowns, and further ones, of wider forms of the law (a force that changes along the
-    record), each tried from where the one before it ended if that leaves more than noise.
+    record) about what it has inside as fitted, each tried from where the one before it ended if that leaves more than
+    noise; nothing where there is no such form.
 
     ``swings`` by itself, so that several may stand in one equation, and where it is damped strongly it cannot be told
     from what ``overdamped_as`` names; on the lower and on the upper bound of what it has inside it ``becomes`` a law

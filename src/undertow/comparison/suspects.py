@@ -11,9 +11,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from numpy.polynomial import Chebyshev, Polynomial
 
 from undertow.comparison.suspect import EACH_SPRING, Addition, Origin, Scales, Scope, Suspect
-from undertow.equation.forcing import DelayedEcho, ExternalForcing
+from undertow.equation.forcing import ENVELOPE, DelayedEcho, ExternalForcing
 from undertow.equation.hidden import HiddenResonator, Hysteresis, Relaxation
 from undertow.equation.hydrodynamics import (
     AddedMass,
@@ -39,6 +40,9 @@ from undertow.errors import ConfigError
 
 BRISTLES = "presliding"
 """Name of bristles that yield where dry friction would slide."""
+
+NARROW = 0.3
+"""Half waves, at most, that a force's size has in one of its cycles: 0.15 of its rate is a narrow band."""
 
 MASS_STD = 0.1
 """Prior of a mass taken on or lost, relative to the body's."""
@@ -187,7 +191,7 @@ def _hysteresis(s: Scales, start: float) -> tuple[Addition, ...]:
 def _small_hysteresis(s: Scales, start: float) -> tuple[Addition, ...]:
     """The same at one displacement of yield: however small, it yields there."""
     (stiffness, _) = _hysteresis(s, start)
-    return (replace(stiffness, also=("fb", start)),)
+    return (replace(stiffness, also=(("fb", start),)),)
 
 
 def _presliding(s: Scales, start: float) -> tuple[Addition, ...]:
@@ -219,26 +223,22 @@ def _forcing(s: Scales, start: float) -> tuple[Addition, ...]:
     )
 
 
-def _changing(s: Scales, start: float) -> tuple[Addition, ...]:
-    """The same force, whose size and phase change along the record: a narrow band, a seiche that dies out."""
-    slots = {"omega": "gomega", "fcos": "gcos", "fsin": "gsin"}
-    steady = tuple(replace(a, slot=slots[a.slot]) for a in _forcing(s, start))
-    slow = 5e-4 * s.force * s.rate / (2.0 * math.pi)  # a tenth of the size in a period
-    return (
-        *steady,
-        Addition("cosine_N_per_s", "N/s", "gcos_t", 0.0, slow, scope="trial"),
-        Addition("sine_N_per_s", "N/s", "gsin_t", 0.0, slow, scope="trial"),
-    )
+def _changing(degree: int) -> Callable[[Scales, float], tuple[Addition, ...]]:
+    """The same force, whose size and phase change along the record, as a narrow band's do: with Chebyshev's polynomials
+    of time, from its beginning (1) to its end (-1), up to this one; nothing where the band would not be narrow."""
+    def additions(s: Scales, frequency: float) -> tuple[Addition, ...]:
+        if degree > NARROW * frequency * s.record / (2.0 * math.pi):
+            return ()
+        slots = {"omega": "gomega", "fcos": "gcos", "fsin": "gsin"}
+        found = [replace(a, slot=slots[a.slot]) for a in _forcing(s, frequency)]
+        for n in range(1, degree + 1):
+            powers = Chebyshev.basis(n)(Polynomial([1.0, -2.0 / s.record])).coef  # the first is 1
+            for a in found[1:3]:
+                also = tuple((f"{a.slot}{ENVELOPE[i]}", float(powers[i])) for i in range(1, n + 1))
+                found.append(replace(a, name=f"{a.name}_{n}", start=0.0, also=also))
+        return tuple(found)
 
-
-def _bending(s: Scales, start: float) -> tuple[Addition, ...]:
-    """The same with a further term: a band of more than one wave length in a record."""
-    slow = 5e-5 * s.force * (s.rate / (2.0 * math.pi)) ** 2
-    return (
-        *_changing(s, start),
-        Addition("cosine_N_per_s2", "N/s^2", "gcos_tt", 0.0, slow, scope="trial"),
-        Addition("sine_N_per_s2", "N/s^2", "gsin_tt", 0.0, slow, scope="trial"),
-    )
+    return additions
 
 
 def _echo(s: Scales, start: float) -> tuple[Addition, ...]:
@@ -275,7 +275,7 @@ def _drifting_stiffness(s: Scales, start: float) -> tuple[Addition, ...]:
 def _sine(s: Scales, start: float) -> tuple[Addition, ...]:
     """A sine instead of a line: what it takes from the line at small angles it gives back."""
     k = 0.05 * s.mass * s.rate**2
-    return (Addition("N_per_m", "N/m", "ks", k, k, also=("k1", -1.0)),)
+    return (Addition("N_per_m", "N/m", "ks", k, k, also=(("k1", -1.0),)),)
 
 
 def _release(s: Scales, start: float) -> tuple[Addition, ...]:
@@ -338,7 +338,7 @@ SUSPECTS: tuple[Suspect, ...] = (
     ),
     Suspect(
         ExternalForcing.name, "outside", _forcing, _resonator_starts, fine=_force_frequencies, on_a_line=True,
-        often_beside=True, wider=(_changing, _bending),
+        often_beside=True, wider=tuple(_changing(degree) for degree in (1, 2, 4, 6)),
     ),
     Suspect(DelayedEcho.name, "outside", _echo, _echo_starts, True, fine=_fine_delays, fades=True, recurs=True),
     Suspect(SineRestoring.name, "structure", _sine, of_angles=True),

@@ -41,9 +41,6 @@ LEAST_GAIN = 5.0
 """A linear step that raises the log evidence by less cannot lead to a name: half of what one needs. What a missing law
 leaves swings for long; judged at half its memory (`_at_own_memory`) the step is worth more."""
 
-NO_MORE_THAN_NOISE = 1.2
-"""Mean squared residual over noise up to which nothing is left to be found by another start."""
-
 ON_TOP = 0.25
 """Share of a level's budget that suspects without evidence of their own may spend beside an answer."""
 
@@ -63,6 +60,7 @@ class Trying:
         self.unfinished: list[str] = []
         self.asked_for = True
         self.best, self.found = self.null, [self.null]
+        self.memory = self.null.fit.memory
         self.screened: dict[str, Screened] = {}
         self.small: list[Candidate] = []
         self.stands: Stands | None = None
@@ -107,7 +105,7 @@ class Trying:
         all were tried."""
         found = list(tried)
         closest = min((c.fit.misfit for c in found), default=0.0)
-        if self.null.fit.misfit <= FAR_ABOVE_NOISE or closest <= NO_MORE_THAN_NOISE:
+        if self.null.fit.misfit <= FAR_ABOVE_NOISE or closest <= attempt.NO_MORE_THAN_NOISE:
             return found
         last = [c.suspects[-1] for c in found]
         able = [i for i, s in enumerate(last) if s.of_the_body and not (s.memory or s.moves)]

@@ -210,8 +210,8 @@ def _taken(laws: Collection[str], numbers: Mapping[str, Estimate]) -> tuple[froz
     instead of a line takes from the line)."""
     additions = {s.name: s.additions(UNIT, 1.0) for s in reversed(all_suspects()) if s.name in laws}
     also = {
-        a.also[0]: a.also[1] * numbers[f"{name}.{a.name}"].value
-        for name, many in additions.items() for a in many if a.also and f"{name}.{a.name}" in numbers
+        slot: factor * numbers[f"{name}.{a.name}"].value
+        for name, many in additions.items() for a in many for slot, factor in a.also if f"{name}.{a.name}" in numbers
     }  # fmt: skip
     return frozenset(a.replaces for many in additions.values() for a in many if a.replaces), also
 

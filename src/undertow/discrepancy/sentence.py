@@ -135,7 +135,7 @@ def changing_words(addends: Sequence[Addend]) -> str:
     """That an outside force changes along the record, in words."""
     if not any(changes(addend) for addend in addends):
         return ""
-    return " Its size and phase change along each record (as far as the square of time); the size is of its middle."
+    return " Its size and phase change along each record; the size is of its middle."
 
 
 def transfer_words(moved: Mapping[str, float]) -> str:

@@ -19,9 +19,10 @@ SLOTS: tuple[str, ...] = (
     "mass", "xe", "x0", "v0", "k1", "c1", "fc", "q", "c3", "cb", "qa", "cp",
     "p", "k3", "k5", "k2", "kd", "td", "ka", "ks", "xv", "xxv", "fs", "vs",
     "fa", "fn", "fcos", "omega", "fsin", "gcos", "gomega", "gsin", "gcos_t", "gsin_t", "gcos_tt", "gsin_tt",
-    "ge", "tau_e", "kb", "fb", "hm1", "hw1", "hz1", "hb1", "hg1", "hs1", "hu1", "hm2",
-    "hw2", "hz2", "hb2", "hg2", "hs2", "hu2", "hm3", "hw3", "hz3", "hb3", "hg3", "hs3",
-    "hu3", "rk1", "rt1", "rk2", "rt2",
+    "gcos_t3", "gsin_t3", "gcos_t4", "gsin_t4", "gcos_t5", "gsin_t5", "gcos_t6", "gsin_t6", "ge", "tau_e", "kb", "fb",
+    "hm1", "hw1", "hz1", "hb1", "hg1", "hs1", "hu1", "hm2", "hw2", "hz2", "hb2", "hg2",
+    "hs2", "hu2", "hm3", "hw3", "hz3", "hb3", "hg3", "hs3", "hu3", "rk1", "rt1", "rk2",
+    "rt2",
 )
 """Names of the parameter vector's places, in order: hm1 is the first hidden oscillator's mass."""
 
@@ -32,10 +33,10 @@ N_SLOTS = len(SLOTS)
     _MASS, _XE, _X0, _V0, _K1, _C1, _FC, _Q, _C3, _CB, _QA, _CP,
     _P, _K3, _K5, _K2, _KD, _TD, _KA, _KS, _XV, _XXV, _FS, _VS,
     _FA, _FN, _FCOS, _OMEGA, _FSIN, _GCOS, _GOMEGA, _GSIN, _GCOS_T, _GSIN_T, _GCOS_TT, _GSIN_TT,
-    _GE, _TAU_E, _KB, _FB,
-) = range(40)
-_HM = 40
-_RK = 61
+    _GCOS_T3, _GSIN_T3, _GCOS_T4, _GSIN_T4, _GCOS_T5, _GSIN_T5, _GCOS_T6, _GSIN_T6, _GE, _TAU_E, _KB, _FB,
+) = range(48)
+_HM = 48
+_RK = 69
 _NH = 7
 _START = 5
 MAX_HIDDEN = 3
@@ -101,15 +102,19 @@ def _outside_force(th, x, v, d, side, t, echo):
     if th[_KD] != 0.0:
         w0 = th[_KD] * x
         f += w0 - w0 * math.exp(-t / th[_TD])
-    if th[_FCOS] != 0.0 or th[_FSIN] != 0.0:
+    if th[_OMEGA] != 0.0:
         w0 = th[_OMEGA] * t
         f += th[_FCOS] * math.cos(w0) + th[_FSIN] * math.sin(w0)
-    if th[_GCOS] != 0.0 or th[_GSIN] != 0.0 or th[_GCOS_T] != 0.0 or th[_GSIN_T] != 0.0 or th[_GCOS_TT] != 0.0 or th[_GSIN_TT] != 0.0:
+    if th[_GOMEGA] != 0.0:
         w0 = th[_GOMEGA] * t
         w1 = math.cos(w0)
         w2 = math.sin(w0)
-        w3 = t * t
-        f += th[_GCOS] * w1 + th[_GCOS_T] * t * w1 + th[_GCOS_TT] * w1 * w3 + th[_GSIN] * w2 + th[_GSIN_T] * t * w2 + th[_GSIN_TT] * w2 * w3
+        w3 = t * t * t
+        w4 = t * t * t * t
+        w5 = t * t * t * t * t
+        w6 = t * t * t * t * t * t
+        w7 = t * t
+        f += th[_GCOS] * w1 + th[_GCOS_T] * t * w1 + th[_GCOS_T3] * w1 * w3 + th[_GCOS_T4] * w1 * w4 + th[_GCOS_T5] * w1 * w5 + th[_GCOS_T6] * w1 * w6 + th[_GCOS_TT] * w1 * w7 + th[_GSIN] * w2 + th[_GSIN_T] * t * w2 + th[_GSIN_T3] * w2 * w3 + th[_GSIN_T4] * w2 * w4 + th[_GSIN_T5] * w2 * w5 + th[_GSIN_T6] * w2 * w6 + th[_GSIN_TT] * w2 * w7
     return f
 
 
@@ -147,7 +152,16 @@ def _explicit_drive(th, slot, t):
     if slot == _GCOS:
         return -math.cos(th[_GOMEGA] * t)
     if slot == _GOMEGA:
-        return th[_GCOS] * t * math.sin(th[_GOMEGA] * t) + th[_GCOS_T] * t * t * math.sin(th[_GOMEGA] * t) + th[_GCOS_TT] * t * t * t * math.sin(th[_GOMEGA] * t) - th[_GSIN] * t * math.cos(th[_GOMEGA] * t) - th[_GSIN_T] * t * t * math.cos(th[_GOMEGA] * t) - th[_GSIN_TT] * t * t * t * math.cos(th[_GOMEGA] * t)
+        w0 = th[_GOMEGA] * t
+        w1 = math.sin(w0)
+        w2 = math.cos(w0)
+        w3 = t * t
+        w4 = t * t * t * t
+        w5 = t * t * t * t * t
+        w6 = t * t * t * t * t * t
+        w7 = t**7
+        w8 = t * t * t
+        return th[_GCOS] * t * w1 + th[_GCOS_T] * w1 * w3 + th[_GCOS_T3] * w1 * w4 + th[_GCOS_T4] * w1 * w5 + th[_GCOS_T5] * w1 * w6 + th[_GCOS_T6] * w1 * w7 + th[_GCOS_TT] * w1 * w8 - th[_GSIN] * t * w2 - th[_GSIN_T] * w2 * w3 - th[_GSIN_T3] * w2 * w4 - th[_GSIN_T4] * w2 * w5 - th[_GSIN_T5] * w2 * w6 - th[_GSIN_T6] * w2 * w7 - th[_GSIN_TT] * w2 * w8
     if slot == _GSIN:
         return -math.sin(th[_GOMEGA] * t)
     if slot == _GCOS_T:
@@ -158,6 +172,22 @@ def _explicit_drive(th, slot, t):
         return -t * t * math.cos(th[_GOMEGA] * t)
     if slot == _GSIN_TT:
         return -t * t * math.sin(th[_GOMEGA] * t)
+    if slot == _GCOS_T3:
+        return -t * t * t * math.cos(th[_GOMEGA] * t)
+    if slot == _GSIN_T3:
+        return -t * t * t * math.sin(th[_GOMEGA] * t)
+    if slot == _GCOS_T4:
+        return -t * t * t * t * math.cos(th[_GOMEGA] * t)
+    if slot == _GSIN_T4:
+        return -t * t * t * t * math.sin(th[_GOMEGA] * t)
+    if slot == _GCOS_T5:
+        return -t * t * t * t * t * math.cos(th[_GOMEGA] * t)
+    if slot == _GSIN_T5:
+        return -t * t * t * t * t * math.sin(th[_GOMEGA] * t)
+    if slot == _GCOS_T6:
+        return -t * t * t * t * t * t * math.cos(th[_GOMEGA] * t)
+    if slot == _GSIN_T6:
+        return -t * t * t * t * t * t * math.sin(th[_GOMEGA] * t)
     return 0.0
 
 
@@ -214,7 +244,7 @@ def _explicit_force(th, slot, y, nh, t, d, side, x, v, a, fx, echo):
         return -d * side * x
     if slot == _GE:
         return -echo
-    if slot in (_FCOS, _OMEGA, _FSIN, _GCOS, _GOMEGA, _GSIN, _GCOS_T, _GSIN_T, _GCOS_TT, _GSIN_TT):
+    if slot in (_FCOS, _OMEGA, _FSIN, _GCOS, _GOMEGA, _GSIN, _GCOS_T, _GSIN_T, _GCOS_TT, _GSIN_TT, _GCOS_T3, _GSIN_T3, _GCOS_T4, _GSIN_T4, _GCOS_T5, _GSIN_T5, _GCOS_T6, _GSIN_T6):
         return _explicit_drive(th, slot, t)
     for i in range(nh):
         o = _HM + i * _NH
@@ -252,7 +282,7 @@ def _kinks(th, active):
 @njit(inline="always", **WITHIN)
 def _stirs(th, dims):
     """Whether something may move a body that sticks: what has a time of its own."""
-    return dims[1] > 0 or dims[3] > 0 or th[_KD] != 0.0 or th[_FCOS] != 0.0 or th[_FSIN] != 0.0 or th[_GCOS] != 0.0 or th[_GSIN] != 0.0 or th[_GCOS_T] != 0.0 or th[_GSIN_T] != 0.0 or th[_GCOS_TT] != 0.0 or th[_GSIN_TT] != 0.0
+    return dims[1] > 0 or dims[3] > 0 or th[_KD] != 0.0 or th[_OMEGA] != 0.0 or th[_GOMEGA] != 0.0
 
 
 @njit(inline="always", **WITHIN)

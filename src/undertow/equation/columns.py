@@ -40,7 +40,7 @@ COLUMNS: dict[str, Callable[[Array, Array, Array, Inner], Array]] = {
     "asymmetric_friction": lambda x, v, t, p: np.sign(v) ** 2,
     "variable_normal_force": lambda x, v, t, p: np.abs(x) * np.sign(v),
     "external_forcing": lambda x, v, t, p: np.cos(p["frequency_rad_per_s"] * t + p["phase_rad"]),
-    "changing_force": lambda x, v, t, p: p["bend_per_s2"] * t**2 * np.cos(p["bend_phase_rad"] + p["frequency_rad_per_s"] * t) + p["change_per_s"] * t * np.cos(p["change_phase_rad"] + p["frequency_rad_per_s"] * t) + np.cos(p["frequency_rad_per_s"] * t + p["phase_rad"]),
+    "changing_force": lambda x, v, t, p: p["bend3_per_s3"] * t**3 * np.cos(p["bend3_phase_rad"] + p["frequency_rad_per_s"] * t) + p["bend4_per_s4"] * t**4 * np.cos(p["bend4_phase_rad"] + p["frequency_rad_per_s"] * t) + p["bend5_per_s5"] * t**5 * np.cos(p["bend5_phase_rad"] + p["frequency_rad_per_s"] * t) + p["bend6_per_s6"] * t**6 * np.cos(p["bend6_phase_rad"] + p["frequency_rad_per_s"] * t) + p["bend_per_s2"] * t**2 * np.cos(p["bend_phase_rad"] + p["frequency_rad_per_s"] * t) + p["change_per_s"] * t * np.cos(p["change_phase_rad"] + p["frequency_rad_per_s"] * t) + np.cos(p["frequency_rad_per_s"] * t + p["phase_rad"]),
 }
 """Force per unit coefficient (n,) by a law's name, at x, v, t and its inner parameters."""
 

@@ -56,44 +56,73 @@ class ExternalForcing(Term):
         return Share(smooth=s["fcos"] * sp.cos(s["omega"] * q.t) + s["fsin"] * sp.sin(s["omega"] * q.t))
 
 
+ENVELOPE: tuple[str, ...] = ("", "_t", "_tt", *(f"_t{n}" for n in range(3, 7)))
+"""Ends of the slots that hold what goes with the powers of time in a force whose size and phase change."""
+
+_GROWING = ("change_per_s", "bend_per_s2", *(f"bend{n}_per_s{n}" for n in range(3, len(ENVELOPE))))
+_TURNING = ("change_phase_rad", "bend_phase_rad", *(f"bend{n}_phase_rad" for n in range(3, len(ENVELOPE))))
+
+_POWERS = (f"g_{n} t{f'^{n}' if n > 1 else ''} cos(Omega t + psi_{n})" for n in range(1, len(ENVELOPE)))
+_LATEX_POWERS = (rf"g_{n} t^{n}\cos(\Omega t+\psi_{n})" for n in range(1, len(ENVELOPE)))
+_IN_LATEX = rf"A\,(\cos(\Omega t+\varphi)+{'+'.join(_LATEX_POWERS)})"
+_WITH_POWERS = f"A (cos(Omega t + varphi) + {' + '.join(_POWERS)})"
+
+
 @dataclass(frozen=True)
 class ChangingForce(ExternalForcing):
     """A force of one frequency whose size and phase change in the course of a record, as a narrow band's do, or a
-    seiche's that dies out: F = A (cos(W t + phase) + g t cos(W t + psi) + h t^2 cos(W t + chi))."""
+    seiche's that dies out: F = A (cos(W t + phase) + sum_n g_n t^n cos(W t + psi_n)), n = 1 ... 6."""
 
     change_per_s: float = 0.0
     change_phase_rad: float = 0.0
     bend_per_s2: float = 0.0
     bend_phase_rad: float = 0.0
+    bend3_per_s3: float = 0.0
+    bend3_phase_rad: float = 0.0
+    bend4_per_s4: float = 0.0
+    bend4_phase_rad: float = 0.0
+    bend5_per_s5: float = 0.0
+    bend5_phase_rad: float = 0.0
+    bend6_per_s6: float = 0.0
+    bend6_phase_rad: float = 0.0
     name = "changing_force"
     parameters = (
         *ExternalForcing.parameters,
-        Parameter("change_per_s", "1/s", "g"),
-        Parameter("change_phase_rad", "rad", r"\psi"),
-        Parameter("bend_per_s2", "1/s^2", "h"),
-        Parameter("bend_phase_rad", "rad", r"\chi"),
+        *(
+            parameter
+            for n, (grows, turns) in enumerate(zip(_GROWING, _TURNING, strict=True), start=1)
+            for parameter in (
+                Parameter(grows, "1/s" if n == 1 else f"1/s^{n}", f"g_{n}"),
+                Parameter(turns, "rad", rf"\psi_{n}"),
+            )
+        ),
     )
     slots: ClassVar[Mapping[str, str]] = {
-        "amplitude_N": "gcos", "frequency_rad_per_s": "gomega", "phase_rad": "gsin", "change_per_s": "gcos_t",
-        "change_phase_rad": "gsin_t", "bend_per_s2": "gcos_tt", "bend_phase_rad": "gsin_tt",
+        "amplitude_N": "gcos", "frequency_rad_per_s": "gomega", "phase_rad": "gsin",
+        **{grows: f"gcos{end}" for grows, end in zip(_GROWING, ENVELOPE[1:], strict=True)},
+        **{turns: f"gsin{end}" for turns, end in zip(_TURNING, ENVELOPE[1:], strict=True)},
     }  # fmt: skip
-    law = "A (cos(Omega t + varphi) + g t cos(Omega t + psi) + h t^2 cos(Omega t + chi))"
-    latex = r"A\,(\cos(\Omega t+\varphi)+g\,t\cos(\Omega t+\psi)+h\,t^2\cos(\Omega t+\chi))"
-    source = "the envelope of narrow-band noise, Rice 1945, as far as t^2; a seiche that dies out"
+    law = _WITH_POWERS
+    latex = _IN_LATEX
+    source = "the envelope of narrow-band noise, Rice 1945, as far as t^6; a seiche that dies out"
     left_out = "a line of some width, with another phase in each trial; it does not go with the motion"
     causes = "a seiche that dies out, waves or wind"
     missing_as = ExternalForcing.name
     words = "a force with a clock of its own that changes along the record"
     element = ""
 
+    @property
+    def _sizes(self) -> tuple[tuple[float, float], ...]:
+        """Size and phase of what goes with each power of time, from the one that stays on."""
+        many = zip(_GROWING, _TURNING, strict=True)
+        return ((1.0, self.phase_rad), *((getattr(self, size), getattr(self, phase)) for size, phase in many))
+
     def slot_values(self, coefficient: float) -> dict[str, float]:
-        """Cosine and sine parts, what both gain with t and with t^2, and the frequency."""
-        sizes = {"": (1.0, self.phase_rad), "_t": (self.change_per_s, self.change_phase_rad),
-                 "_tt": (self.bend_per_s2, self.bend_phase_rad)}  # fmt: skip
+        """Cosine and sine parts, those that go with a power of t too, and the frequency."""
         found = {"gomega": self.frequency_rad_per_s}
-        for order, (size, phase) in sizes.items():
-            found[f"gcos{order}"] = coefficient * size * float(np.cos(phase))
-            found[f"gsin{order}"] = -coefficient * size * float(np.sin(phase))
+        for end, (size, phase) in zip(ENVELOPE, self._sizes, strict=True):
+            found[f"gcos{end}"] = coefficient * size * float(np.cos(phase))
+            found[f"gsin{end}"] = -coefficient * size * float(np.sin(phase))
         return found
 
     def share(self, p: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
@@ -101,16 +130,15 @@ class ChangingForce(ExternalForcing):
         import sympy as sp
 
         turn = p["frequency_rad_per_s"] * q.t
-        change = p["change_per_s"] * q.t * sp.cos(turn + p["change_phase_rad"])
-        bend = p["bend_per_s2"] * q.t**2 * sp.cos(turn + p["bend_phase_rad"])
-        return Share(smooth=p["amplitude_N"] * (sp.cos(turn + p["phase_rad"]) + change + bend))
+        many = enumerate(zip(_GROWING, _TURNING, strict=True), start=1)
+        grown = sum(p[size] * q.t**n * sp.cos(turn + p[phase]) for n, (size, phase) in many)
+        return Share(smooth=p["amplitude_N"] * (sp.cos(turn + p["phase_rad"]) + grown))
 
     def by_slots(self, s: Mapping[str, Expression], q: SymbolPlace, number: str) -> Share:
         """The same with cosine and sine parts."""
         import sympy as sp
 
-        cosine = s["gcos"] + s["gcos_t"] * q.t + s["gcos_tt"] * q.t**2
-        sine = s["gsin"] + s["gsin_t"] * q.t + s["gsin_tt"] * q.t**2
+        cosine, sine = (sum(s[f"{part}{end}"] * q.t**n for n, end in enumerate(ENVELOPE)) for part in ("gcos", "gsin"))
         return Share(smooth=cosine * sp.cos(s["gomega"] * q.t) + sine * sp.sin(s["gomega"] * q.t))
 
 

@@ -45,6 +45,9 @@ TARGET = Path(__file__).with_name("algebra.py")
 BODY = ("mass", "xe", "x0", "v0")
 """Places of the body's own numbers: mass, rest position, displacement and velocity at the release."""
 
+LONG = 4
+"""Sums of more parts are written with what they have in common worked out first."""
+
 _HEAD = '''"""Generated from the laws' rows: forces, slopes and derivatives of all laws, compiled into the integrators.
 
 Do not edit: change a law's row (structure.py and its neighbours) and run `python -m undertow.equation.generate`.
@@ -68,7 +71,7 @@ from undertow.compiling import WITHIN
 @dataclass(frozen=True)
 class Law:
     """An algebraic law in the integrator's own numbers: its slots, force (friction times direction in it), the size of
-    its friction, the slots at which it is linear, and whether it is passed over where they are 0."""
+    its friction, the slots at which it is linear, and whether it is passed over where it is not ``shown``."""
 
     name: str
     slots: tuple[str, ...]
@@ -81,6 +84,12 @@ class Law:
     def force(self) -> Expression:
         """All of it, in the direction of motion."""
         return directed(self.smooth + self.friction * D)
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """The slots of which one is not 0 where it is there: its rates, of a force that the time alone tells."""
+        of_time = self.force.has(T) and not self.force.has(X, V, D, SIDE, ECHO)
+        return tuple(slot for slot in self.slots if slot not in self.linear) if of_time else self.linear
 
     @property
     def powers(self) -> bool:
@@ -174,7 +183,7 @@ def _sum_of(group: Sequence[Law], parts: Sequence[Expression], into: Sequence[st
             minus = part.could_extract_minus_sign()
             lines.append(f"{variable} {'-' if minus else '+'}= {text(-part if minus else part, names)}")
     if lines and not first:
-        return [f"if {_present(slot for law in group for slot in law.linear)}:", *(f"    {line}" for line in lines)]
+        return [f"if {_present(slot for law in group for slot in law.shown)}:", *(f"    {line}" for line in lines)]
     return lines
 
 
@@ -238,8 +247,17 @@ def _derivatives(laws: Sequence[Law]) -> list[str]:
     for law in laws:
         for slot in law.slots:
             by = -slope(law.force, symbol(slot))
-            lines += [f"if slot == {place(slot)}:", f"    return {text(by, _names([law]))}"] if by != 0 else []
+            if by != 0:
+                lines += [f"if slot == {place(slot)}:", *(f"    {line}" for line in _returned(by, _names([law])))]
     return lines
+
+
+def _returned(value: Expression, names: dict[Expression, str]) -> list[str]:
+    """Lines that return a value; what stands in a long sum many times is worked out once."""
+    if len(sp.Add.make_args(value)) <= LONG:
+        return [f"return {text(value, names)}"]
+    common, (rest,) = sp.cse([value], symbols=(sp.Symbol(f"w{i}", real=True) for i in range(1000)))
+    return [*(f"{name.name} = {text(part, names)}" for name, part in common), f"return {text(rest, names)}"]
 
 
 def _among(slots: Iterable[str]) -> str:
@@ -255,7 +273,7 @@ def _events_text(laws: Sequence[Law], lanes: Sequence[Lanes]) -> str:
     kinks = [s for law in laws if law.force.has(SIDE) for s in law.linear]
     turns = sorted({*rubs, *bends}, key=[s for law in laws for s in law.slots].index)
     either = [f"dims[{3 + i}] > 0" for i, one in enumerate(lanes) if one.rate.has(D)]
-    clocks = [s for law in laws if law.force.has(T) for s in law.linear]
+    clocks = [s for law in laws if law.force.has(T) for s in law.shown]
     stirs = ["dims[1] > 0", *(f"dims[{3 + i}] > 0" for i, one in enumerate(lanes) if one.moves_at_rest)]
 
     return (

@@ -48,6 +48,10 @@ HALVINGS = 8
 """Halvings of x0 and v0 tried where the motion from the recorded ones has no bounds: down to 0.4 %."""
 
 
+Own = Mapping[str, tuple[float, tuple[tuple[str, float], ...]]]
+"""Unknowns of one trial by name: scale, and the slots that they move, with factors."""
+
+
 @dataclass(frozen=True)
 class FreeRun:
     """One trial against one parameter vector.
@@ -80,23 +84,23 @@ def free_run(
     motion: Motion,
     theta: Array,
     rest_offset_std: float,
-    own: Mapping[str, float] | None = None,
+    own: Own | None = None,
     laws: tuple[PlacedTerm, ...] = (),
 ) -> FreeRun:
     """The free run of ``theta`` (its x0, v0 are ignored) with x0, clock and rest fitted to this trial.
 
     ``rest_offset_std`` is the prior of the rest position in the sensor's scale (mu N / k, or its own error); ``own``
-    are slots (with their scales) that are this trial's own as its release is: an outside force's size and phase;
-    ``laws`` all forces where the compiled integrator lacks one.
+    are unknowns that are this trial's own as its release is, beside what ``theta`` has of them: an outside force's size
+    and phase; ``laws`` all forces where the compiled integrator lacks one.
     """
     quantity = scored_channel(motion)
     builder = ProblemBuilder()
     base = np.array(theta)
     base[SLOT["x0"]] = base[SLOT["v0"]] = 0.0
     mine = []
-    for slot, size in (own or {}).items():
-        base[SLOT[slot]] = 0.0
-        mine.append(Link(SLOT[slot], builder.unknown(slot, theta[SLOT[slot]], scale=size)))
+    for name, (size, slots) in (own or {}).items():
+        index = builder.unknown(name, 0.0, scale=size)
+        mine += [Link(SLOT[slot], index, factor) for slot, factor in slots]
     options = TrialOptions(channels=(quantity,), rest_offset_std=rest_offset_std)
     builder.trial(motion, base, tuple(mine), options, laws)
     problem = builder.build()

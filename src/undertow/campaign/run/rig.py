@@ -126,9 +126,8 @@ def known_slots(standing: Sequence[Addend], label: str) -> dict[str, float]:
         for a in addend.additions:
             for spring, value, _ in a.by_spring:
                 if spring == label:
-                    slots[a.slot] = slots.get(a.slot, 0.0) + value
-                    if a.also is not None:
-                        slots[a.also[0]] = slots.get(a.also[0], 0.0) + a.also[1] * value
+                    for slot, factor in a.slots:
+                        slots[slot] = slots.get(slot, 0.0) + factor * value
     return slots
 
 

@@ -11,7 +11,7 @@ import pytest
 from experiments.names.studies import STUDIES, hidden_case
 from experiments.names.verdicts import judge
 from tests.concealed.test_diagnosis import SHORT, member
-from undertow.comparison import attempt
+from undertow.comparison import attempt, needless
 from undertow.comparison.candidate import FEEDING, Candidate, _gone_at_once, doubt
 from undertow.comparison.clock import OWN_LEAVES
 from undertow.comparison.joining import has_room
@@ -246,11 +246,12 @@ def test_what_grows_from_a_doubted_fit_is_judged_by_why_it_was_doubted(monkeypat
     level, fit = with_cubic_damping()
     damping, spring = (next(s for s in SUSPECTS if s.name == name) for name in ("cubic_damping", "quintic_stiffness"))
     best, said = Candidate((damping,), fit, 0.0, f"beside it c = -1 N s/m would {FEEDING}"), []
-    monkeypatch.setattr(attempt, "doubt", lambda *given: said.append(given[2:]) or "")
+    for module in (attempt, needless):
+        monkeypatch.setattr(module, "doubt", lambda *given: said.append(given[2:]) or "")
     grown = attempt.from_starts(level, best, spring, 0.0)
     assert [(before.addends, doubted) for before, doubted in said] == [(fit.addends, best.out)]
     assert grown is not None
-    assert attempt.without(level, fit, replace(grown, out="why"), 1, 0.0) is not None
+    assert needless.without(level, fit, replace(grown, out="why"), 1, 0.0) is not None
     assert said[1:] == [(fit,)]  # one effect alone is judged beside the prescribed equation, which nobody doubts
 
 

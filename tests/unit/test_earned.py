@@ -801,15 +801,17 @@ def test_a_kernel_of_radiated_waves_has_no_frequency_to_be_held_against_a_cell()
 
 
 def test_a_name_that_leaves_more_than_noise_says_that_it_describes():
-    def left(misfit: float, trials: int, own: str = "k, c and mu") -> str:
+    def left(misfit: float, trials: int, own: str = "k, c and mu", laws: int = 2) -> str:
         problem = SimpleNamespace(trials=[None] * trials)
         fit = SimpleNamespace(misfit=misfit, solution=SimpleNamespace(problem=problem))
-        return _left(SimpleNamespace(best=SimpleNamespace(fit=fit)), case(own=own))
+        return _left(SimpleNamespace(best=SimpleNamespace(fit=fit, suspects=(None,) * laws)), case(own=own))
 
     assert "a description rather than the law" in left(36.0, 2)
     assert left(36.0, 2).endswith("of each trial's own it leaves 6 times the sensors' noise.")
     assert left(36.0, 3).endswith("noise; its numbers' errors hold by how much they move without one trial or another.")
     assert left(1.2, 3) == ""
+    assert "Three laws at once are a description rather than the law" in left(1.2, 3, laws=3)
+    assert "Three" not in left(36.0, 3, laws=3)
     assert "even with k and c of each trial's own" in left(36.0, 2, "k and c")
 
 

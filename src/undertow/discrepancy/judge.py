@@ -17,7 +17,7 @@ from undertow.comparison.by_trials import FEWEST_TRIALS, with_errors_by_trials
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, evidence_by_name
 from undertow.comparison.common_gains import with_common_gains
 from undertow.comparison.deviations import mean_of_own
-from undertow.comparison.joining import has_room
+from undertow.comparison.joining import MOST_EFFECTS, has_room
 from undertow.comparison.joint import free_run_error, with_own_errors
 from undertow.comparison.level import Addend, Level, Member, full_name, make_level, member_rate
 from undertow.comparison.limits import FAR_ABOVE_NOISE
@@ -37,7 +37,7 @@ from undertow.discrepancy.dry_check import dry_answer
 from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, of_several_causes, without_answer
 from undertow.discrepancy.findings import AugmentedRun
 from undertow.discrepancy.naming import deciding_test, number_words, other_sets
-from undertow.discrepancy.sentence import changing_words, late_words, sentence_of, transfer_words
+from undertow.discrepancy.sentence import THREE_LAWS, changing_words, late_words, sentence_of, transfer_words
 from undertow.discrepancy.transfer import from_other_springs
 from undertow.discrepancy.validation import (
     addition_parameters,
@@ -234,10 +234,10 @@ def _biased(case: Case, diagnosis: LevelDiagnosis) -> str:
 
 
 def _left(diagnosis: LevelDiagnosis, case: Case) -> str:
-    """That what is named describes the motion and leaves more than noise, in words; empty where it leaves none."""
+    """That what is named describes the motion, in words: it leaves more than noise, or takes three laws; else empty."""
     left = diagnosis.best.fit.misfit
     if left <= FAR_ABOVE_NOISE:
-        return ""
+        return THREE_LAWS if len(diagnosis.best.suspects) == MOST_EFFECTS else ""
     several = len(diagnosis.best.fit.solution.problem.trials) >= FEWEST_TRIALS
     errors = "; its numbers' errors hold by how much they move without one trial or another" if several else ""
     return (

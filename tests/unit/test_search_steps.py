@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from undertow.comparison import null_test, search, trying
+from undertow.comparison.joining import may_join
 from undertow.comparison.score_test import Stands, _gain_whole
 from undertow.comparison.suspect import Scales
 from undertow.comparison.suspects import SUSPECTS, Suspect
@@ -85,3 +86,16 @@ def test_a_number_is_searched_in_steps_of_about_the_size_at_which_it_starts():
         for start in one.starts(SCALES):
             for a in one.additions(SCALES, start):
                 assert a.start == 0.0 or 0.1 < abs(a.start) / a.scale < 30.0, (one.label, a.name)
+
+
+@pytest.mark.parametrize(
+    ("first", "joins"),
+    [((), True), (("external_forcing",), True), (("cubic_stiffness",), True), (("linear_damping",), False),
+     (("hidden_resonator",), False), (("external_forcing", "drag_exponent"), False)],
+)  # fmt: skip
+def test_a_late_start_joins_what_lasts_but_nothing_that_the_water_does(first, joins):
+    """Of a flume with sloshing cells "linear damping and a bad release" became an answer: it took what that leaves."""
+    (late,) = [s for s in SUSPECTS if s.late]
+    best = SimpleNamespace(suspects=tuple(map(suspect, first)), names=first, fit=SimpleNamespace(addends=()))
+    assert may_join(best, late) is joins
+    assert may_join(best, suspect("imperfect_release"))  # a speed of each trial's own is another thing

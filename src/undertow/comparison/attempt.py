@@ -37,7 +37,7 @@ steps."""
 NO_MORE_THAN_NOISE = 1.2
 """Mean squared residual over noise up to which nothing is left to be found by another start."""
 
-BY_CHANCE = 1.03
+LEFT_BY_CHANCE = 1.03
 """Mean squared residual over noise up to which no wider form is tried: what some thousand samples leave by chance. What
 lies above it another law would take, and be more probable: of two thousand samples at 1.12 a resonator was."""
 
@@ -147,13 +147,13 @@ def widened(level: Level, best: Candidate, suspect: Suspect, found: Candidate | 
     record may count as two samples, and nothing would be worth a number more."""
     ahead, in_vain = found, 0
     for wider in suspect.wider:
-        if ahead is None or ahead.fit.misfit <= BY_CHANCE or in_vain == IN_VAIN:
+        if ahead is None or ahead.fit.misfit <= LEFT_BY_CHANCE or in_vain == IN_VAIN:
             break
         last = ahead.fit.addends[-1]
         inner = next(a.name for a in last.additions if a.inner)
         memory = min(residual_memory(ahead.fit.solution), best.fit.memory)
         before = ahead = _settled(level, best, replace(ahead, fit=at_memory(ahead.fit, memory)))
-        if ahead.fit.misfit > BY_CHANCE:
+        if ahead.fit.misfit > LEFT_BY_CHANCE:
             additions = wider(level.scales, ahead.fit.value(f"{last.prefix}.{inner}"))
             ahead = _closer(level, best, before, before, additions)
         in_vain = in_vain + 1 if ahead is before else 0

@@ -76,6 +76,8 @@ def _weighs(member: Member, fit: JointFit) -> bool:
 def may_join(best: Candidate, suspect: Suspect) -> bool:
     """Whether a suspect can be added: once each, memories up to three, one variant of a name."""
     memories = sum(a.slot.startswith("hm") for d in best.fit.addends for a in d.additions)
+    if suspect.late and any(s.origin == "water" for s in best.suspects):
+        return False  # a start of its own in every trial takes up what a memory leaves beside the damping it looks like
     if suspect.swings:
         return not best.suspects or (not suspect.variant and memories < MOST_EFFECTS)
     return suspect.name not in best.names

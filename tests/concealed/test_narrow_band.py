@@ -103,6 +103,18 @@ def test_wider_forms_begin_at_the_noise_that_the_last_one_left(monkeypatch):
     assert asked == []
 
 
+def test_after_two_forms_that_came_no_closer_no_further_one_is_tried(monkeypatch):
+    level, _ = swept(1.0)
+    null = Candidate((), plain_fit(level), 0.0)
+    (found,) = [c for c in diagnose(level, [replace(FORCE, wider=())]).candidates if c.suspects]
+    tried: list[int] = []
+    monkeypatch.setattr(attempt, "at_own", lambda _, one: one)
+    monkeypatch.setattr(attempt, "_closer", lambda *given: (tried.append(len(given[-1])), given[2])[1])
+    assert widened(level, null, FORCE, found) is found
+    assert tried == [5, 7]
+    assert len(FORCE.wider) > len(tried)
+
+
 def test_no_form_is_wider_than_a_narrow_band():
     scales = Scales(1.0, 5.0, 0.2, 1.0, 5.0, 5.0, record=10.0)
     cycles = 4.0 / NARROW

@@ -73,7 +73,7 @@ def test_a_band_that_turns_three_times_over_in_a_record_is_named_and_leaves_nois
 
 def test_wider_forms_begin_at_the_noise_that_the_last_one_left(monkeypatch):
     """At the noise of what stands, thousands of times that, a fit from the right place ended eight times further off,
-    and at the memory of what stands a record of hundreds of samples counted as two."""
+    and at the memory of what stands 2,793 samples counted as nine (c0072 of sealed seed 2135001)."""
     level, _ = swept(1.0)
     null = Candidate((), plain_fit(level), 0.0)
     steady = replace(FORCE, wider=())

@@ -39,7 +39,7 @@ NO_MORE_THAN_NOISE = 1.2
 
 LEFT_BY_CHANCE = 1.03
 """Mean squared residual over noise up to which no wider form is tried: what some thousand samples leave by chance. What
-lies above it another law would take, and be more probable: of two thousand samples at 1.12 a resonator was."""
+lies above it another law would take, and be more probable: a resonator was, beside a force that left 1.12."""
 
 IN_VAIN = 2
 """Wider forms of a law one after the other that came no closer: a further one would not either."""
@@ -143,8 +143,8 @@ def from_twin(
 
 def widened(level: Level, best: Candidate, suspect: Suspect, found: Candidate | None) -> Candidate | None:
     """What was found of a suspect, or, while it leaves more than noise, its wider forms from there where they come
-    closer: each judged at the memory of what the one before it leaves. At that of what stands, which swings for long, a
-    record may count as two samples, and nothing would be worth a number more."""
+    closer: each judged at the memory of what the one before it leaves. At that of what stands, which swings for long,
+    thousands of samples may count as nine, and nothing would be worth a number more."""
     ahead, in_vain = found, 0
     for wider in suspect.wider:
         if ahead is None or ahead.fit.misfit <= LEFT_BY_CHANCE or in_vain == IN_VAIN:

@@ -15,7 +15,7 @@ from undertow.comparison import attempt
 from undertow.comparison.attempt import widened
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.clock import parts_of
-from undertow.comparison.joint import free_run_error, shared_theta, sizes_of_its_own
+from undertow.comparison.joint import free_run_error, its_own, shared_theta
 from undertow.comparison.level import Level, make_level
 from undertow.comparison.prescribed import plain_fit
 from undertow.comparison.search import diagnose
@@ -137,7 +137,7 @@ def test_an_unseen_trial_has_sizes_of_its_own_fitted_and_a_seen_one_keeps_its_ow
     (one,) = level.members
     best = diagnose(level, [s for s in SUSPECTS if s.name == "external_forcing"]).best
     motion = one.motions[0]
-    own = sizes_of_its_own(best.fit.addends)
+    own = its_own(best.fit)
     assert len(own) == len(best.fit.addends[-1].additions) - 1
     theta = shared_theta(level, one, best.fit, motion.name)
     unseen = theta.copy()

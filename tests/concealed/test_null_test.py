@@ -18,7 +18,7 @@ from undertow.comparison import null_test as null_module
 from undertow.comparison.attempt import from_places
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.detectable import Detectable, _first_number
-from undertow.comparison.joint import JointFit, free_run_error, missed_share, sizes_of_its_own
+from undertow.comparison.joint import JointFit, free_run_error, its_own, missed_share
 from undertow.comparison.level import Addend, Level, make_level
 from undertow.comparison.null_test import (
     LEAST_P,
@@ -532,7 +532,7 @@ def test_a_force_far_slower_or_faster_than_the_body_is_named(rate, size):
     best = diagnose(level, [found(name) for name in LOOKED_FOR[1:]]).best
     assert best.names == ("external_forcing",)
     assert best.fit.value("external_forcing.frequency_rad_per_s") == pytest.approx(rate * body, rel=0.01)
-    assert sizes_of_its_own(best.fit.addends).keys() == {f"external_forcing.{part}_N" for part in ("cosine", "sine")}
+    assert its_own(best.fit).keys() == {f"external_forcing.{part}_N" for part in ("cosine", "sine")}
     values = best.fit.solution.values.copy()
     for i, name in enumerate(best.fit.solution.problem.names):
         values[i] *= 0.5 if "cosine_N[" in name or "sine_N[" in name else 1.0

@@ -14,6 +14,7 @@ from experiments.names.scenes import Campaign
 from tests.concealed.test_diagnosis import SHORT, member
 from undertow.campaign.config import load
 from undertow.campaign.run import run
+from undertow.comparison import suspects
 from undertow.comparison.joint import build, swinging_until
 from undertow.comparison.level import Addend, make_level, seen_by
 from undertow.conditioning.period import dominant_period
@@ -29,12 +30,25 @@ def found(name: str, size: float, folder):
 
 
 @pytest.mark.slow
-def test_a_slow_release_is_named_dry_and_wet_and_is_no_memory(tmp_path):
+def test_a_slow_release_is_named_dry_and_wet_with_its_time_and_is_no_memory(tmp_path):
+    for group in found("imperfect_release", 0.4, tmp_path):
+        verdict = group.verdict
+        assert verdict.verdict == ("imperfect_release",)
+        assert "it took 0." in verdict.sentence
+        assert "After 1 period" not in verdict.sentence
+        assert verdict.augmented.nrmse < verdict.baseline.nrmse  # k, c, mu of each trial stay what they are
+        assert not any(np.isnan(t.augmented.residual).any() for t in group.trials)
+
+
+@pytest.mark.slow
+def test_a_hold_that_fades_in_another_way_is_named_and_its_first_period_is_not_asked_for(tmp_path, monkeypatch):
+    without = tuple(s for s in suspects.SUSPECTS if s.variant != "a hook that lets go slowly")
+    monkeypatch.setattr(suspects, "SUSPECTS", without)
     for group in found("imperfect_release", 0.4, tmp_path):
         verdict = group.verdict
         assert verdict.verdict == ("imperfect_release",)
         assert "After 1 period nothing is missing." in verdict.sentence
-        assert verdict.augmented.nrmse < 0.7 * verdict.baseline.nrmse  # k, c, mu of each trial stay what they are
+        assert verdict.augmented.nrmse < 0.7 * verdict.baseline.nrmse
         skipped = [np.isnan(t.augmented.residual).sum() / t.t.size for t in group.trials]
         assert all(0.0 < share < 0.5 for share in skipped)  # fifteen periods, of which the smallest swings two
 

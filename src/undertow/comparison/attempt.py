@@ -276,7 +276,7 @@ def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float, look
     additions = renumbered(suspect.additions(level.scales, start), best.fit.addends)
     addend = Addend(_prefix(best.suspects, suspect), additions, suspect.frees, late=suspect.late)
     known = best.fit.values if best.suspects or not suspect.memory else {}
-    new = suspect.memory or suspect.late > 0.0 or not level.shares(best.fit.solution.problem.names)
+    new = suspect.memory or suspect.at_the_beginning or not level.shares(best.fit.solution.problem.names)
     ways = (True, False) if new and not best.suspects else (False,)
     return _nearer(*(_with(level, best, (addend,), known, growing, looks) for growing in ways))
 

@@ -40,7 +40,7 @@ def has_room(level: Level, suspect: Suspect, fit: JointFit) -> bool:
         return False
     if suspect.name in {addend.prefix for addend in level.standing}:
         return False
-    if suspect.late:
+    if suspect.at_the_beginning:
         return any(m.window.held for member in level.members for m in member.motions)
     if suspect.frees:
         return any(name.startswith(f"{suspect.frees}[") for name in fit.solution.problem.names)

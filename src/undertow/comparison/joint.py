@@ -19,16 +19,16 @@ from undertow.comparison.deviations import SLOTS, of_the_means, structure_links,
 from undertow.comparison.evidence import criterion, tempered, trial_misfits
 from undertow.comparison.jumps import without_jumps
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
-from undertow.comparison.suspect import Addition, Scales
+from undertow.comparison.suspect import HOOK, Addition, Scales
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood import output_error
-from undertow.likelihood.free_run import Own, free_run
+from undertow.likelihood.free_run import OwnUnknown, free_run
 from undertow.likelihood.noise import BY_CHANCE, residual_memory
 from undertow.likelihood.output_error import Solution
-from undertow.likelihood.priors import DRIFT_SHARE, GAIN_STD
+from undertow.likelihood.priors import CLOCK_RADIANS, DRIFT_SHARE, GAIN_STD, LATE_RELEASE_RADIANS
 from undertow.likelihood.problem import Link, Problem, ProblemBuilder
 from undertow.methods.dry import DEFAULT_SCATTER
 from undertow.recording.recording import Array
@@ -121,15 +121,16 @@ def build(level: Level, addends: Sequence[Addend]) -> Problem:
                 index = builder.unknown(name, c.start, lower=c.lower, upper=c.upper, scale=c.scale)
                 links.append(Link(SLOT[c.slot], index, c.factor))
             links += structure_links(builder, member, motion.name)
+            hooked = motion.window.held and any(addend.hooked for addend in addends)
             links += _rubbing(builder, level.standing, member, motion.name)
             for addend in addends:
-                for a in addend.additions:
+                for a in (a for a in addend.additions if a.slot != HOOK or hooked):
                     links += _links(builder, addend.prefix, a, member.label, motion.name)
                 if member.free_start:
                     links += _free_hidden(builder, addend, level.scales, motion.name)
             base, links = _moved(addends, member.label, member.model.trial_base(motion.name), links)
             seen = seen_by(addends, motion)
-            ends = replace(options, end_s=swinging_until(motion, member, seen))
+            ends = replace(options, end_s=swinging_until(motion, member, seen), hooked=hooked)
             builder.trial(seen, base, tuple(links), ends)
     return _freed(without_jumps(level, builder.build()), addends)
 
@@ -238,10 +239,17 @@ def _rms_error(level: Level, fit: JointFit, units: Sequence[float]) -> float:
     return math.sqrt(float(np.mean(squares)))
 
 
-def sizes_of_its_own(addends: Sequence[Addend]) -> Own:
-    """Unknowns that are every trial's own, as its release is: scale, and slots with their factors."""
-    every = ((f"{addend.prefix}.{a.name}", a) for addend in addends for a in addend.additions if a.of_its_own)
-    return {name: (a.scale, a.slots) for name, a in every}
+def its_own(fit: JointFit) -> dict[str, OwnUnknown]:
+    """Unknowns that are every trial's own, as its release is; the time in which a hook lets go from where the trials'
+    mean has it."""
+    found = {}
+    for name, a in ((f"{addend.prefix}.{a.name}", a) for addend in fit.addends for a in addend.additions):
+        if a.of_its_own:
+            found[name] = OwnUnknown(a.scale, a.slots)
+        elif a.slot == HOOK:
+            times = [value for full, value in fit.values.items() if full.startswith(f"{name}[")]
+            found[name] = OwnUnknown(a.scale, a.slots, float(np.mean(times)), a.lower, a.upper)
+    return found
 
 
 def _error(level: Level, member: Member, fit: JointFit, motion: Motion) -> float:
@@ -250,8 +258,7 @@ def _error(level: Level, member: Member, fit: JointFit, motion: Motion) -> float
     this trial's own it would not be that of the k that all share."""
     theta = shared_theta(level, member, fit, motion.name)
     try:
-        width, own = member.options.rest_offset_std, sizes_of_its_own(fit.addends)
-        return free_run(seen_by(fit.addends, motion), theta, width, own).nrmse
+        return free_run(seen_by(fit.addends, motion), theta, member.options.rest_offset_std, its_own(fit)).nrmse
     except IdentificationError:
         return math.inf
 
@@ -333,7 +340,8 @@ def _width(problem: Problem, addends: Sequence[Addend], samples: float) -> float
     for addend in (d for d in addends if d.frees):
         mine = sum(u.name.startswith(f"{addend.frees}[") for u in problem.unknowns)
         cost += math.log(samples) if math.isfinite(addend.centre) else 2.0 * math.log(WIDER) * mine
-    return cost
+    hooks = sum(SLOT[HOOK] in t.slots for t in problem.trials)
+    return cost + 2.0 * math.log(LATE_RELEASE_RADIANS / CLOCK_RADIANS) * hooks
 
 
 def _skipped(problem: Problem, addends: Sequence[Addend], memory: float) -> float:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from undertow.comparison.suspect import Addition, Scales
+from undertow.comparison.suspect import HOOK, Addition, Scales
 from undertow.conditioning.agreement import accelerometer_late_s
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
@@ -76,6 +76,11 @@ class Addend:
     def has_its_own_clock(self) -> bool:
         """Whether it acts whatever the body does, with a size and a phase of its own in every trial."""
         return any(a.of_its_own for a in self.additions)
+
+    @property
+    def hooked(self) -> bool:
+        """Whether it says in what time a hook let go of each body that was held."""
+        return any(a.slot == HOOK for a in self.additions)
 
     @property
     def replaced(self) -> frozenset[str]:

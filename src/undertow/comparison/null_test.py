@@ -171,7 +171,7 @@ def null_test(
     before, null = null, at_noise_of(null, closest)
     stands = Stands.of(null)
     factors = [noise_over(*pair) for pair in zip(*(f.solution.problem.trials for f in (before, null)), strict=True)]
-    usable = [s for s in suspects if not s.late and not s.is_scatter and has_room(level, s, null)]
+    usable = [s for s in suspects if not s.at_the_beginning and not s.is_scatter and has_room(level, s, null)]
     looks = {label: [p for p in seen if p.columns] for label, seen in (looks or {}).items()}
     every = [
         place

@@ -69,6 +69,7 @@ class _Search(Trying):
             self._stand(*self._plainer(ahead, probable))
         self.best, self.error = self._two_that_leave_noise() or (self.best, self.error)
         self.best, self.error = self._from_another_first() or (self.best, self.error)
+        self.best, self.error = self._beside_a_hook() or (self.best, self.error)
         self.best, self.error = self._hiding_beside() or (self.best, self.error)
         self.best, self.error = self._in_place_of_two() or (self.best, self.error)
 
@@ -147,6 +148,21 @@ class _Search(Trying):
         names = {s.name for s in taken}
         pairs = self._beside([c for c in self.found if len(c.suspects) == 1 and c.suspects[0].name not in names])
         able = [c for c in pairs if not c.out and c.score > self.best.score + ODDS]
+        ahead = max(able, key=lambda c: c.score, default=None)
+        return None if ahead is None else (ahead, free_run_error(self.level, ahead.fit))
+
+    def _beside_a_hook(self) -> tuple[Candidate, float] | None:
+        """A hook that let go slowly and an effect beside it, with the free run's error, that are more probable than an
+        answer which asks nothing of the first periods: there the motion is largest, and what it leaves out with them
+        shows most."""
+        alone = [c for c in self.found if len(c.suspects) == 1 and c.fit.addends[0].hooked]
+        if not self.best.suspects or not self.best.suspects[0].late or not alone:
+            return None
+        stands, self.best = self.best, max(alone, key=lambda c: c.score)
+        pairs = self._as_far_as_possible(1)
+        self.best = stands
+        self.found += pairs
+        able = [c for c in self._first(pairs) if not c.out and c.score > self.best.score + ODDS]
         ahead = max(able, key=lambda c: c.score, default=None)
         return None if ahead is None else (ahead, free_run_error(self.level, ahead.fit))
 

@@ -19,6 +19,9 @@ EACH_SPRING = "each spring's own"
 COMMON = frozenset({"acceleration_shift_s", "acceleration_gain"})
 """Errors that a sensor has in all trials alike."""
 
+HOOK = "let_go"
+"""The integrator's slot for the time in which a hook lets go of the body."""
+
 
 @dataclass(frozen=True)
 class Scales:
@@ -89,7 +92,7 @@ class Addition:
     def of_its_own(self) -> bool:
         """Whether every trial has its own and nothing is known of it beforehand: size and phase of an outside force.
         (A speed at the release is adjusted in every free run.)"""
-        return self.scope == "trial" and not math.isfinite(self.prior_std) and self.slot != "v0"
+        return self.scope == "trial" and not math.isfinite(self.prior_std) and self.slot not in ("v0", HOOK)
 
 
 @dataclass(frozen=True)
@@ -164,7 +167,12 @@ class Suspect:
     @property
     def of_the_release(self) -> bool:
         """Whether it says what was wrong with the release, and nothing of what moves."""
-        return self.late > 0.0 or any(a.slot == "v0" for a in self.additions(UNIT, 1.0))
+        return self.late > 0.0 or any(a.slot in ("v0", HOOK) for a in self.additions(UNIT, 1.0))
+
+    @property
+    def at_the_beginning(self) -> bool:
+        """Whether it is seen in the first cycle of a body that was held, in full or not at all: no step shows it."""
+        return self.late > 0.0 or any(a.slot == HOOK for a in self.additions(UNIT, 1.0))
 
     @property
     def has_its_own_clock(self) -> bool:

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
+from undertow.comparison.bad_release import BAD_RELEASES, nothing
 from undertow.comparison.suspect import EACH_SPRING, Addition, Origin, Scales, Scope, Suspect
 from undertow.equation.forcing import ENVELOPE, DelayedEcho, ExternalForcing
 from undertow.equation.hidden import HiddenResonator, Hysteresis, Relaxation
@@ -278,15 +279,6 @@ def _sine(s: Scales, start: float) -> tuple[Addition, ...]:
     return (Addition("N_per_m", "N/m", "ks", k, k, also=(("k1", -1.0),)),)
 
 
-def _release(s: Scales, start: float) -> tuple[Addition, ...]:
-    """Each trial's own speed at the release."""
-    return (Addition("velocity_m_per_s", "m/s", "v0", 0.0, 0.02 * s.speed, scope="trial"),)
-
-
-def _nothing(s: Scales, start: float) -> tuple[Addition, ...]:
-    return ()
-
-
 _POWER_LAW = Suspect(
     DragExponent.name, "water", _power_law("shared"), lambda s: (1.4, 2.8), fine=lambda s: (0.6, 1.4, 2.5, 3.0)
 )
@@ -294,11 +286,6 @@ _RESONATOR = Suspect(
     HiddenResonator.name, "water", _resonator(), _resonator_starts, memory=True, fine=_fine_frequencies, swings=True,
     often_beside=True, overdamped_as=Relaxation.name,
 )  # fmt: skip
-_RELEASE = Suspect(
-    "imperfect_release", "outside", _release, words="a release that was not sudden or that a filter rounded",
-    next_test="the load at the release, recorded at the full rate",
-)  # fmt: skip
-
 SUSPECTS: tuple[Suspect, ...] = (
     replace(_plain(AddedMass, "water", lambda s: 0.05 * s.mass), like=(HiddenResonator.name,)),
     replace(_plain(AddedStiffness, "water", lambda s: _share(s, 1)), like=(HiddenResonator.name,)),
@@ -342,20 +329,19 @@ SUSPECTS: tuple[Suspect, ...] = (
     ),
     Suspect(DelayedEcho.name, "outside", _echo, _echo_starts, True, fine=_fine_delays, fades=True, recurs=True),
     Suspect(SineRestoring.name, "structure", _sine, of_angles=True),
-    _RELEASE,
-    replace(_RELEASE, additions=_nothing, variant="a hold that fades", late=1.0),
+    *BAD_RELEASES,
     Suspect(
-        "time_shift", "instrument", _nothing, frees="acceleration_shift_s",
+        "time_shift", "instrument", nothing, frees="acceleration_shift_s",
         words="an accelerometer whose clock differs from the displacement's",
         next_test="a tap on the body at rest, recorded by all sensors",
     ),
     Suspect(
-        "gain_error", "instrument", _nothing, frees="acceleration_gain",
+        "gain_error", "instrument", nothing, frees="acceleration_gain",
         words="an accelerometer whose gain does not fit the displacement's",
         next_test="a slow known displacement, and the accelerometer turned over in gravity",
     ),
     Suspect(
-        "sensor_drift", "instrument", _nothing, frees="drift_m", words="a displacement sensor that drifts",
+        "sensor_drift", "instrument", nothing, frees="drift_m", words="a displacement sensor that drifts",
         next_test="a minute of record with the body at rest",
     ),
 )  # fmt: skip

@@ -146,7 +146,7 @@ class Trying:
     def _small(self, suspect: Suspect, prior: float, depth: int) -> Candidate | None:
         """A suspect where little is missing: fitted from the best places of its grid, or from its own starts where a
         place says nothing of the others, if one could gain enough."""
-        if suspect.late or suspect.told_by_springs:  # a step from waters of each spring's own shows neither
+        if suspect.at_the_beginning or suspect.told_by_springs:  # a step from waters of each spring's own shows neither
             return from_starts(self.level, self.best, suspect, prior, self.best.fit.criterion)
         ahead = self._peaks(suspect)[:REFINED]
         if not ahead or ahead[0].gain * math.sqrt(self.best.fit.memory) < LEAST_GAIN:

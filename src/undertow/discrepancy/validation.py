@@ -14,8 +14,9 @@ import numpy as np
 
 from undertow.comparison.clock import parts_of
 from undertow.comparison.deviations import learned_mean, unit_of
-from undertow.comparison.joint import JointFit, shared_theta, sizes_of_its_own
+from undertow.comparison.joint import JointFit, its_own, shared_theta
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
+from undertow.comparison.suspect import HOOK
 from undertow.conditioning.motion import Motion
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.findings import AugmentedRun
@@ -51,7 +52,7 @@ def shared_run(level: Level, member: Member, fit: JointFit, motion: Motion, rest
     """
     try:
         theta = shared_theta(level, member, fit, motion.name, learned=True)
-        return free_run(seen_by(fit.addends, motion), theta, rest_std, sizes_of_its_own(fit.addends))
+        return free_run(seen_by(fit.addends, motion), theta, rest_std, its_own(fit))
     except IdentificationError:
         return None
 
@@ -200,6 +201,10 @@ def _of_trials(fit: JointFit, addend: Addend) -> dict[str, Estimate]:
     speeds = [Estimate(fit.value(n), fit.solution.stderr(n), 0.0, "m/s", n) for n in names if n.startswith(prefix)]
     if speeds:
         return {"velocity_m_per_s": max(speeds, key=lambda e: abs(e.value))}
+    for a in (a for a in addend.additions if a.slot == HOOK):
+        mine = [n for n in names if n.startswith(f"{addend.prefix}.{a.name}[")]
+        times = [Estimate(fit.value(n), fit.solution.stderr(n), unit=a.unit) for n in mine]
+        return {a.name: mean_of_trials(times, a.unit, "trials")}
     for a in (a for a in addend.additions if a.differs):
         mine = [n for n in names if n.startswith(f"{addend.prefix}.{a.name}[")]
         return {a.name: Estimate(*fit.apart(mine), 0.0, a.unit, "larger and smaller trials")}

@@ -12,7 +12,9 @@ step sees a smooth right-hand side. Samples in between come from the quintic thr
 is an array y[i, column]: column 0 the motion, columns 1.. d(state)/d(parameter); across an event these jump by
 (f_minus - f_plus) dt*/dp. Each step runs in one mode: ``d`` the direction of motion (+1, -1; 0 stuck), ``side`` the
 side of the rest position (+1, -1). Laws with a kink are continued smoothly beyond their side, so that a stage that
-oversteps an event by rounding does not see the other branch. An echo's kinks, a delay after each event, end steps too.
+oversteps an event by rounding does not see the other branch. An echo's kinks, a delay after each event, end steps too,
+and so does the end of a release that was not sudden: a hook that holds the body at x0 and lets go evenly until t = T,
+    M x'' + ... = F_h (1 - t / T),  F_h what holds the body at t = 0.
 
 numba's cache sees changes of its own file alone, so that a mark of algebra.py's text is part of what is compiled.
 Sections: right-hand side, history, step, events, output, integrate. Does not belong here: any law's formula, what the
@@ -40,7 +42,9 @@ from undertow.equation.algebra import (
     _GE,
     _GSIN,
     _HM,
+    _HOLD,
     _KB,
+    _LET_GO,
     _MASS,
     _NH,
     _P,
@@ -142,15 +146,49 @@ def _pull(th, y, dims, t, d, side, echo, v):
         f += th[_HM + i * _NH] * _hidden_restoring(th, i, y[2 + 2 * i, 0], y[3 + 2 * i, 0])
     for j in range(2 + 2 * dims[1], 2 + 2 * dims[1] + dims[2]):
         f -= y[j, 0]
+    if th[_LET_GO] > 0.0:
+        f += th[_HOLD] * (1.0 - t / th[_LET_GO])
     return f
+
+
+@njit(**WITHIN)
+def _hold(th, active, y, cols, dims, side, sens, jac):
+    """What the hook holds at t = 0 into its slot, N, and its sensitivities into the second half of sens; the way in
+    which the body will go."""
+    zero = _int(0)
+    until = th[_LET_GO]
+    th[_LET_GO] = 0.0
+    th[_HOLD] = -_pull(th, y, dims, 0.0, 0.0, side, 0.0, 0.0)
+    fx, _ = _slopes(th, y[0, 0] - th[_XE], 0.0, 0.0, side, 0.0)
+    for i in range(dims[1]):
+        _hidden_slopes(th, i, y[2 + 2 * i, 0], y[3 + 2 * i, 0], jac)
+    for c in range(1, cols):
+        x = y[0, 0] - th[_XE]
+        by = _explicit_force(th, active[c - 1], y, dims[1], 0.0, 0.0, side, x, 0.0, 0.0, fx, 0.0) - fx * y[zero, c]
+        for i in range(dims[1]):
+            mass = th[_HM + i * _NH]
+            by += mass * (jac[2 * i] * y[2 + 2 * i, c] + jac[2 * i + 1] * y[3 + 2 * i, c])
+        sens[cols + c] = -by
+    th[_LET_GO] = until
+    return -1.0 if th[_HOLD] > 0.0 else 1.0
+
+
+@njit(inline="always", **WITHIN)
+def _hook(th, active, k, stage, cols, t, sens):
+    """The hook's part of the explicit derivatives of the force, into row 1 of k[stage]."""
+    left = 1.0 - t / th[_LET_GO]
+    for c in range(1, cols):
+        k[stage, 1, c] += left * sens[cols + c]
+        if active[c - 1] == _LET_GO:
+            k[stage, 1, c] += th[_HOLD] * t / (th[_LET_GO] * th[_LET_GO])
 
 
 @njit(**WITHIN)
 def _rhs(th, active, y, k, stage, cols, dims, t, d, side, sens, jac):
     """d(state)/dt of the first ``cols`` columns of y into k[stage].
 
-    dims: state length, hidden oscillators, memories, each memory. sens[0] is v(t - tau), sens[1:] its sensitivities;
-    jac is room for the hidden oscillators' slopes.
+    dims: state length, hidden oscillators, memories, each memory. sens[0] is v(t - tau), sens[1:cols] its
+    sensitivities, what follows those of the hook's hold; jac is room for the hidden oscillators' slopes.
     """
     x = y[0, 0] - th[_XE]
     v = y[1, 0]
@@ -168,6 +206,8 @@ def _rhs(th, active, y, k, stage, cols, dims, t, d, side, sens, jac):
             for c in range(1, cols):
                 by = _explicit_force(th, active[c - 1], y, dims[1], t, d, side, x, speed, a, fx, sens[0])
                 k[stage, 1, c] = by - th[_GE] * sens[c]
+            if th[_LET_GO] > 0.0:
+                _hook(th, active, k, stage, cols, t, sens)
         _sweep(th, y, k[stage], cols, dims, d, per_mass, fx, fv, jac)
         if dims[0] > 2:
             for c in range(1, cols):
@@ -654,7 +694,11 @@ def _with_mark(mark: int) -> Any:
         out = np.zeros((n, width))
         k = np.zeros((7, n, width))
         jac = np.zeros(2 * MAX_HIDDEN)
-        sens = np.zeros(cols)
+        sens = np.zeros(2 * cols)
+        hooked = th[_LET_GO] > 0.0
+        released = th[_LET_GO]
+        if hooked:
+            th = th.copy()
         delayed = th[_GE] != 0.0
         if delayed:
             h_max = min(h_max, max(th[_TAU_E], 1e-3 * h_max))
@@ -669,8 +713,6 @@ def _with_mark(mark: int) -> Any:
         driven = delayed or _stirs(th, dims)
         rubs = _rubs(th)
         bristles = dims[4] > 0 and th[_KB] != 0.0
-        yielded = th.copy()
-        yielded[_KB] = 0.0
         sharp = th[_FS] != 0.0 or (th[_CP] != 0.0 and th[_P] < _SHARP_EXPONENT)
         watch = np.empty(5 + MAX_HIDDEN, np.int64)
         watch = watch[: _watched(th, active, dims, watch)]
@@ -685,9 +727,14 @@ def _with_mark(mark: int) -> Any:
         if y[1, 0] == 0.0:
             excess, way = _excess(th, y, dims, t, side, 0.0)
             d = way if excess > 0.0 or not rubs else 0.0
+            if hooked:
+                way = _hold(th, active, y, cols, dims, side, sens, jac)
+                d = 0.0 if rubs else way
+        yielded = th.copy()
+        yielded[_KB] = 0.0
         _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
         while row < m:
-            if d == 0.0 and not driven:
+            if d == 0.0 and not driven and not hooked:
                 for r in range(row, m):
                     for c in range(cols):
                         ox[r, c], ov[r, c], oa[r, c] = y[0, c], 0.0, 0.0
@@ -702,6 +749,9 @@ def _with_mark(mark: int) -> Any:
                     h = _short_while_bending(th, left, abs(y[1, 0]), abs(k[0, 1, 0]), h)
                 else:
                     law = yielded
+            on_end = hooked and released < t + h * (1.0 + 1e-9)
+            if on_end:
+                h = released - t
             on_kink = next_kink < n_kinks and kinks[next_kink, 0] < t + h * (1.0 + 1e-9)
             if on_kink:
                 h = kinks[next_kink, 0] - t
@@ -709,10 +759,17 @@ def _with_mark(mark: int) -> Any:
                 _cross_break(th, active, y, k, cols, dims, t, h_max, d, side, past, stored, sens, jac)
                 next_kink += 1
                 continue
+            on_end = on_end and h == released - t
+            if on_end and h < _INSTANT * h_max:
+                hooked = False
+                th[_LET_GO] = yielded[_LET_GO] = 0.0
+                _rhs(th, active, y, k, zero, cols, dims, t, d, side, sens, jac)
+                continue
             world = (past, stored)
             _step(law, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac)
             event, length = _first_event(law, active, y, out, k, cols, dims, t, h, d, side, world, sens, jac, watch)
             on_kink = on_kink and length == h
+            on_end = on_end and length == h
             h = length
             steps += 1
             while row < m and times[row] <= t + h * (1.0 + _INSTANT):
@@ -724,6 +781,8 @@ def _with_mark(mark: int) -> Any:
                 _remember(past, stored, y, out, k, cols, dims, t, h)
                 stored += 1
             t = kinks[next_kink, 0] if on_kink else t + h
+            if on_end:
+                t = released
             for i in range(n):
                 for c in range(cols):
                     y[i, c] = out[i, c]

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,8 +49,15 @@ HALVINGS = 8
 """Halvings of x0 and v0 tried where the motion from the recorded ones has no bounds: down to 0.4 %."""
 
 
-Own = Mapping[str, tuple[float, tuple[tuple[str, float], ...]]]
-"""Unknowns of one trial by name: scale, and the slots that they move, with factors."""
+class OwnUnknown(NamedTuple):
+    """An unknown of one trial: its scale, and the slots that it moves, with factors, on top of what stands there. One
+    with a ``typical`` value, the time in which a hook lets go, begins with what stands, or else there."""
+
+    scale: float
+    slots: tuple[tuple[str, float], ...]
+    typical: float = 0.0
+    lower: float = -math.inf
+    upper: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -84,7 +92,7 @@ def free_run(
     motion: Motion,
     theta: Array,
     rest_offset_std: float,
-    own: Own | None = None,
+    own: Mapping[str, OwnUnknown] | None = None,
     laws: tuple[PlacedTerm, ...] = (),
 ) -> FreeRun:
     """The free run of ``theta`` (its x0, v0 are ignored) with x0, clock and rest fitted to this trial.
@@ -98,10 +106,17 @@ def free_run(
     base = np.array(theta)
     base[SLOT["x0"]] = base[SLOT["v0"]] = 0.0
     mine = []
-    for name, (size, slots) in (own or {}).items():
-        index = builder.unknown(name, 0.0, scale=size)
-        mine += [Link(SLOT[slot], index, factor) for slot, factor in slots]
-    options = TrialOptions(channels=(quantity,), rest_offset_std=rest_offset_std)
+    hooked = False
+    for name, unknown in (own or {}).items():
+        start = 0.0
+        if unknown.typical and not motion.window.held:
+            continue
+        if unknown.typical:
+            place = SLOT[unknown.slots[0][0]]
+            start, base[place], hooked = base[place] or unknown.typical, 0.0, True
+        index = builder.unknown(name, start, scale=unknown.scale, lower=unknown.lower, upper=unknown.upper)
+        mine += [Link(SLOT[slot], index, factor) for slot, factor in unknown.slots]
+    options = TrialOptions(channels=(quantity,), rest_offset_std=rest_offset_std, hooked=hooked)
     builder.trial(motion, base, tuple(mine), options, laws)
     problem = builder.build()
     solution = output_error.fit(problem, _bounded_start(problem), growing=False)

@@ -20,7 +20,7 @@ from undertow.equation.input import Drive, MotionSize
 from undertow.equation.kernel import SLOT
 from undertow.equation.term import PlacedTerm
 from undertow.errors import IdentificationError
-from undertow.likelihood.priors import GAIN_STD, REST_SHARE, clock_std
+from undertow.likelihood.priors import GAIN_STD, LATE_RELEASE_RADIANS, REST_SHARE, clock_std
 from undertow.recording.recording import Array
 
 SAMPLES_PER_PERIOD = 50
@@ -191,7 +191,8 @@ class TrialOptions:
     ``rest_offset_std`` is the prior of the equilibrium in SI (mu N / k; its own error is added; nan: `REST_SHARE` of
     the trial's largest displacement), ``drift_std`` the displacement's drift in SI. ``spring_force`` among the
     ``channels`` takes the load cells in, with a gain and a clock of their own that all trials share: a load cell late
-    by tau looks like k tau more damping, but for the release's edge, so that its clock needs its prior.
+    by tau looks like k tau more damping, but for the release's edge, so that its clock needs its prior. ``hooked`` says
+    that the hook may have let go slowly: such a release is seen late.
     """
 
     channels: tuple[str, ...] = ("displacement", "acceleration", "velocity")
@@ -200,6 +201,7 @@ class TrialOptions:
     acceleration_gain_std: float = 0.0
     drift_std: float = 0.0
     end_s: float = math.inf
+    hooked: bool = False
 
 
 COARSE = 0.3
@@ -296,7 +298,7 @@ class ProblemBuilder:
         index, m = cells(motion, period, options.end_s)
         t = motion.t[index].mean(axis=1)
         dt = motion.step_s
-        own, shift = self._initial_state(motion, period)
+        own, shift = self._initial_state(motion, period, options.hooked)
         channels = tuple(
             self._channel(motion, quantity, index, m, options, period)
             for quantity in options.channels
@@ -314,7 +316,7 @@ class ProblemBuilder:
             )
         )  # fmt: skip
 
-    def _initial_state(self, motion: Motion, period: float) -> tuple[tuple[Link, ...], int]:
+    def _initial_state(self, motion: Motion, period: float, hooked: bool) -> tuple[tuple[Link, ...], int]:
         name = motion.name
         x_start = float(motion.x[0] - motion.equilibrium.value)
         size = max(abs(x_start), 1e-3 * float(np.ptp(motion.x)))
@@ -324,7 +326,8 @@ class ProblemBuilder:
             speed = float(np.max(np.abs(motion.v)))
             v0 = self.unknown(f"v0_m_per_s[{name}]", float(motion.v[0]), scale=speed, unit="m/s")
             return (own, Link(SLOT["v0"], v0)), -1
-        prior = math.hypot(clock_std(period), motion.window.release_stderr_s)
+        seen = LATE_RELEASE_RADIANS * period / (2.0 * math.pi) if hooked else clock_std(period)
+        prior = math.hypot(seen, motion.window.release_stderr_s)
         return (own,), self.unknown(f"shift_s[{name}]", 0.0, prior_std=prior, scale=prior, unit="s")
 
     def _channel(

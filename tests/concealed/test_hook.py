@@ -1,0 +1,165 @@
+"""A hook that lets go slowly, in whole campaigns: its time comes back, alone and beside another effect."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.concealed.test_diagnosis import EQ15, MASS, SCATTER, SPECIMEN, SPRINGS
+from tests.unit.test_earned import case
+from undertow.comparison.bad_release import BAD_RELEASES
+from undertow.comparison.joining import has_room
+from undertow.comparison.joint import build, fit_joint, its_own, shared_theta
+from undertow.comparison.level import Addend, Level, Member, make_level
+from undertow.comparison.search import diagnose
+from undertow.comparison.suspects import SUSPECTS, chosen
+from undertow.conditioning.condition import condition
+from undertow.conditioning.period import dominant_period
+from undertow.discrepancy.sentence import sentence_of
+from undertow.discrepancy.validation import addition_parameters, shared_run
+from undertow.equation import registry
+from undertow.equation.equation import Equation
+from undertow.equation.kernel import SLOT, integrate
+from undertow.likelihood.fit import Structure
+from undertow.likelihood.free_run import free_run
+from undertow.likelihood.priors import LATE_RELEASE_RADIANS, clock_std
+from undertow.likelihood.problem import TrialOptions
+from undertow.methods.baseline import group_model, terms_by_name
+from undertow.quantities import Estimate
+from undertow.recording.recording import Recording
+
+_, HOOK, LATE = BAD_RELEASES
+PERIOD = 2.0 * math.pi * math.sqrt((MASS + 300.0) / SPRINGS["long"][0])
+
+
+def recording(x0: float, seed: int, share: float, hidden=()) -> Recording:
+    """One release whose hook lets go over that share of a period, with the sensors' noise."""
+    rng = np.random.default_rng(seed)
+    k, c, mu = (v * (1 + SCATTER[s] * rng.standard_normal()) for s, v in zip(SCATTER, SPRINGS["long"], strict=True))
+    numbers = (k, c, mu * SPECIMEN.normal_force_N, 300.0, 450.0)
+    terms = tuple(registry.find(n) for n in EQ15) + tuple(term for term, _ in hidden)
+    theta = Equation(terms, numbers + tuple(value for _, value in hidden), mass_kg=MASS).theta(x0, 0.0)
+    theta[SLOT["let_go"]] = share * PERIOD
+    hold = 0.6 + rng.uniform(0, 0.01)
+    time = np.arange(round(12.0 * 200.0)) / 200.0
+    moving = time >= hold
+    moved = integrate(theta, np.zeros(0, dtype=np.int64), time[moving] - hold + 1e-9, PERIOD / 200.0)
+    x, a = np.full(time.size, x0), np.zeros(time.size)
+    x[moving], a[moving] = moved[0][:, 0], moved[2][:, 0]
+    x, a = x + 5e-5 * rng.standard_normal(time.size), a + 0.03 * rng.standard_normal(time.size)
+    return Recording(f"long{x0:g}", time, {"displacement": x, "acceleration": a})
+
+
+def hooked(share: float, hidden=(), releases=(0.02, 0.035, 0.05)) -> Level:
+    motions = tuple(condition(recording(x0, 40 + i, share, hidden)) for i, x0 in enumerate(releases))
+    k, c, mu = SPRINGS["long"]
+    structure = Structure(
+        Estimate(k, 0.002 * k), Estimate(c, 0.035 * c), Estimate(mu, 0.03 * mu), SCATTER, "test", math.inf
+    )
+    model = group_model(terms_by_name(EQ15), motions, SPECIMEN, structure, dry=False, anchored=True)
+    options = TrialOptions(rest_offset_std=mu * SPECIMEN.normal_force_N / k)
+    return make_level([Member("long", model, motions, options, allowed=0.05)])
+
+
+def fitted(level: Level, start: float = 0.1):
+    plain = fit_joint(level, (), 1.0, {}, 2.0, growing=True)
+    addend = Addend("imperfect_release", HOOK.additions(level.scales, start * PERIOD))
+    return plain, fit_joint(level, (addend,), 1.0, plain.values, plain.misfit, growing=True)
+
+
+@pytest.fixture(scope="module")
+def slow() -> Level:
+    return hooked(0.3)
+
+
+@pytest.mark.parametrize("start", [0.03, 0.1, 0.3])
+def test_the_time_of_every_trial_comes_back_wherever_the_fit_begins(slow, start):
+    plain, fit = fitted(slow, start)
+    times = [(n, v) for n, v in fit.values.items() if n.startswith("imperfect_release.release_s[")]
+    assert len(times) == 3
+    for name, value in times:
+        assert value == pytest.approx(0.3 * PERIOD, abs=4.0 * fit.solution.stderr(name))
+        assert fit.solution.stderr(name) < 0.01 * PERIOD
+    assert fit.misfit < 1.1 < 50.0 < plain.misfit
+
+
+def test_a_hook_that_let_go_at_once_is_not_worth_its_numbers():
+    plain, fit = fitted(hooked(0.0))
+    late = 2.0 * math.log(20.0)  # of every trial the release may have been seen as much later than a clock errs
+    own = math.log(fit.solution.n_data)
+    assert fit.criterion - plain.criterion == pytest.approx(3.0 * (late + own), abs=8.0)
+
+
+def test_it_is_named_and_said_with_its_time(slow):
+    found = diagnose(slow, chosen(("linear_damping", "relaxation", "hidden_resonator", "imperfect_release")))
+    assert found.best.names == ("imperfect_release",)
+    assert found.best.suspects == (HOOK,)
+    said = addition_parameters(found.best.fit, "long", 5.0)["imperfect_release"]
+    assert said[0]["release_s"].value == pytest.approx(0.3 * PERIOD, rel=0.02)
+
+
+@pytest.mark.parametrize("law", [("cubic_stiffness", 6e6), ("cubic_damping", 4e4)])
+def test_it_hides_no_other_effect_of_the_body_or_its_water(law):
+    name, size = law
+    level = hooked(0.25, ((registry.find(name), size),))
+    found = diagnose(level, chosen(("linear_damping", "cubic_stiffness", "cubic_damping", "imperfect_release")))
+    assert set(found.best.names) == {"imperfect_release", name}
+    assert found.best.fit.misfit < 1.2
+
+
+def test_an_unseen_trial_has_a_time_of_its_own_and_one_that_was_not_held_has_none(slow):
+    _, fit = fitted(slow)
+    (own,) = its_own(fit).values()
+    assert own.typical == pytest.approx(0.3 * PERIOD, rel=0.02)
+    (member,) = slow.members
+    unseen = condition(recording(0.042, 77, 0.22))  # by another hand
+    theta = shared_theta(slow, member, fit, unseen.name)
+    assert theta[SLOT["let_go"]] == 0.0
+    run = shared_run(slow, member, fit, unseen, 1e-4)
+    assert 0.15 * PERIOD < run.theta[SLOT["let_go"]] < 0.4 * PERIOD  # beside a k that is not quite this trial's
+    assert run.nrmse < 0.95 * free_run(unseen, theta, 1e-4).nrmse
+    seen = shared_run(slow, member, fit, member.motions[0], 1e-4)  # as fitted: not on top of what it has
+    assert 0.2 * PERIOD < seen.theta[SLOT["let_go"]] < 0.4 * PERIOD
+    swinging = replace(unseen, window=replace(unseen.window, held=False))
+    assert shared_run(slow, member, fit, swinging, 1e-4).theta[SLOT["let_go"]] == 0.0
+
+
+def test_only_trials_that_were_held_have_a_hook(slow):
+    (member,) = slow.members
+    first, *rest = member.motions
+    swinging = replace(first, window=replace(first.window, held=False))
+    mixed = make_level([replace(member, motions=(swinging, *rest))])
+    addend = (Addend("imperfect_release", HOOK.additions(slow.scales, 0.1)),)
+    names = build(mixed, addend).names
+    assert sum("release_s" in name for name in names) == 2
+    assert not any(name.endswith(f"release_s[{first.name}]") for name in names)
+    none = make_level([replace(member, motions=tuple(replace(m, window=swinging.window) for m in member.motions))])
+    plain = fit_joint(slow, (), 1.0, {}, 2.0, growing=True)
+    assert [has_room(one, HOOK, plain) for one in (slow, mixed, none)] == [True, True, False]
+
+
+def test_a_release_seen_late_may_be_as_late_as_where_an_equation_is_searched(slow):
+    def prior(addends):
+        return next(u.prior_std for u in build(slow, addends).unknowns if u.name.startswith("shift_s["))
+
+    (member,) = slow.members
+    seen, period = member.motions[0].window.release_stderr_s, dominant_period(member.motions[0])
+    wide = prior((Addend("imperfect_release", HOOK.additions(slow.scales, 0.1)),))
+    assert wide == pytest.approx(math.hypot(seen, LATE_RELEASE_RADIANS * period / (2.0 * math.pi)))
+    assert prior(()) == pytest.approx(math.hypot(seen, clock_std(period)))
+
+
+def test_it_is_of_the_release_has_no_step_and_no_clock_of_its_own():
+    assert HOOK.of_the_release
+    assert not HOOK.has_its_own_clock
+    assert not HOOK.of_the_body
+    assert {s.label for s in SUSPECTS if s.at_the_beginning} == {HOOK.label, LATE.label}
+
+
+def test_a_sentence_says_how_long_it_took():
+    numbers = {"imperfect_release": [{"release_s": Estimate(0.312, 0.004, unit="s")}]}
+    sentence = sentence_of(case(), ("imperfect_release",), [], numbers, 0.01, math.nan, False, ())
+    assert "it took 0.312 ± 0.004 s" in sentence

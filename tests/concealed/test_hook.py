@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tests.concealed.test_diagnosis import EQ15, MASS, SCATTER, SPECIMEN, SPRINGS
 from tests.unit.test_earned import case
+from undertow.campaign.run.rig import standing_addends
+from undertow.comparison import search, trying
+from undertow.comparison.after_release import shows_later
 from undertow.comparison.bad_release import BAD_RELEASES
+from undertow.comparison.candidate import Candidate, LevelDiagnosis
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import build, fit_joint, its_own, shared_theta
 from undertow.comparison.level import Addend, Level, Member, make_level
 from undertow.comparison.search import diagnose
+from undertow.comparison.suspect import Addition
 from undertow.comparison.suspects import SUSPECTS, chosen
 from undertow.conditioning.condition import condition
 from undertow.conditioning.period import dominant_period
@@ -35,26 +41,30 @@ _, HOOK, LATE = BAD_RELEASES
 PERIOD = 2.0 * math.pi * math.sqrt((MASS + 300.0) / SPRINGS["long"][0])
 
 
-def recording(x0: float, seed: int, share: float, hidden=()) -> Recording:
-    """One release whose hook lets go over that share of a period, with the sensors' noise."""
+def recording(x0: float, seed: int, share: float, hidden=(), power: float = 0.0, noise: float = 1.0) -> Recording:
+    """One release whose hook lets go over that share of a period, with so much of the sensors' noise."""
     rng = np.random.default_rng(seed)
     k, c, mu = (v * (1 + SCATTER[s] * rng.standard_normal()) for s, v in zip(SCATTER, SPRINGS["long"], strict=True))
     numbers = (k, c, mu * SPECIMEN.normal_force_N, 300.0, 450.0)
     terms = tuple(registry.find(n) for n in EQ15) + tuple(term for term, _ in hidden)
     theta = Equation(terms, numbers + tuple(value for _, value in hidden), mass_kg=MASS).theta(x0, 0.0)
-    theta[SLOT["let_go"]] = share * PERIOD
+    theta[SLOT["let_go"]], theta[SLOT["let_go_p"]] = share * PERIOD, power
     hold = 0.6 + rng.uniform(0, 0.01)
     time = np.arange(round(12.0 * 200.0)) / 200.0
     moving = time >= hold
     moved = integrate(theta, np.zeros(0, dtype=np.int64), time[moving] - hold + 1e-9, PERIOD / 200.0)
     x, a = np.full(time.size, x0), np.zeros(time.size)
     x[moving], a[moving] = moved[0][:, 0], moved[2][:, 0]
-    x, a = x + 5e-5 * rng.standard_normal(time.size), a + 0.03 * rng.standard_normal(time.size)
+    x, a = x + 5e-5 * noise * rng.standard_normal(time.size), a + 0.03 * noise * rng.standard_normal(time.size)
     return Recording(f"long{x0:g}", time, {"displacement": x, "acceleration": a})
 
 
-def hooked(share: float, hidden=(), releases=(0.02, 0.035, 0.05)) -> Level:
-    motions = tuple(condition(recording(x0, 40 + i, share, hidden)) for i, x0 in enumerate(releases))
+def hooked(share: float, hidden=(), releases=(0.02, 0.035, 0.05), **how) -> Level:
+    return level_of([recording(x0, 40 + i, share, hidden, **how) for i, x0 in enumerate(releases)])
+
+
+def level_of(recordings) -> Level:
+    motions = tuple(map(condition, recordings))
     k, c, mu = SPRINGS["long"]
     structure = Structure(
         Estimate(k, 0.002 * k), Estimate(c, 0.035 * c), Estimate(mu, 0.03 * mu), SCATTER, "test", math.inf
@@ -163,3 +173,75 @@ def test_a_sentence_says_how_long_it_took():
     numbers = {"imperfect_release": [{"release_s": Estimate(0.312, 0.004, unit="s")}]}
     sentence = sentence_of(case(), ("imperfect_release",), [], numbers, 0.01, math.nan, False, ())
     assert "it took 0.312 ± 0.004 s" in sentence
+
+
+@pytest.mark.parametrize("power", [1.6, 2.5])
+def test_how_it_lets_go_comes_back_where_an_even_hook_leaves_more_than_noise(power):
+    level = hooked(0.4, power=power, noise=0.2)
+    found = diagnose(level, chosen(("linear_damping", "cubic_stiffness", "relaxation", "imperfect_release")))
+    assert found.best.names == ("imperfect_release",)
+    assert found.best.fit.value("imperfect_release.exponent") == pytest.approx(power, rel=0.05)
+    assert found.best.fit.misfit < 1.1
+    even = fitted(level)[1]
+    assert even.misfit > 3.0
+
+
+def let_go_by_a_cosine(x0: float, seed: int, share: float) -> Recording:
+    """A release whose force falls as half a cosine, integrated in small steps."""
+    rng = np.random.default_rng(seed)
+    k, c, mu = (v * (1 + SCATTER[s] * rng.standard_normal()) for s, v in zip(SCATTER, SPRINGS["long"], strict=True))
+    numbers = (k, c, mu * SPECIMEN.normal_force_N, 300.0, 450.0)
+    theta = Equation(tuple(registry.find(n) for n in EQ15), numbers, mass_kg=MASS).theta(x0, 0.0)
+    mass, drag, friction = (float(theta[SLOT[slot]]) for slot in ("mass", "q", "fc"))
+    fine, rate, hold = 20, 200.0, 0.6 + rng.uniform(0, 0.01)
+    step, x, v = 1.0 / rate / fine, x0, 0.0
+    moved = np.empty((2, round(11.3 * rate * fine)))
+    for i in range(moved.shape[1]):
+        u = min(i * step / (share * PERIOD), 1.0)
+        pull = 0.5 * k * x0 * (1.0 + math.cos(math.pi * u)) - k * x - c * v - drag * v * abs(v)
+        sticks = v == 0.0 and abs(pull) <= friction
+        a = 0.0 if sticks else (pull - math.copysign(friction, v or pull)) / mass
+        moved[:, i] = x, a
+        after = 0.0 if v * (v + a * step) < 0.0 else v + a * step
+        x, v = x + 0.5 * (v + after) * step, after
+    time = np.arange(round(11.9 * rate)) / rate
+    since = np.arange(moved.shape[1]) * step
+    x_of, a_of = (np.interp(time - hold, since, one, left=first) for one, first in zip(moved, (x0, 0.0), strict=True))
+    noise = rng.standard_normal((2, time.size))
+    return Recording(
+        f"long{x0:g}", time, {"displacement": x_of + 5e-6 * noise[0], "acceleration": a_of + 3e-3 * noise[1]}
+    )
+
+
+def more_probable(found: LevelDiagnosis) -> list[Candidate]:
+    """Sound candidates that are far more probable than the answer, so that it would not be one."""
+    return [c for c in found.candidates if not c.out and c.score > found.best.score + trying.ODDS]
+
+
+def test_what_is_left_of_the_way_in_which_a_hook_lets_go_is_no_effect_beside_it(monkeypatch):
+    level = level_of([let_go_by_a_cosine(x0, 40 + i, 0.15) for i, x0 in enumerate((0.02, 0.035, 0.05))])
+    some = chosen(("cubic_stiffness", "drag_exponent", "imperfect_release"))
+    assert diagnose(level, some).best.names == ("imperfect_release",)
+    assert not more_probable(diagnose(level, some))
+    monkeypatch.setattr(search, "shows_later", lambda level, candidate: True)
+    passing = more_probable(diagnose(level, some))
+    assert {c.names for c in passing} == {("imperfect_release", "cubic_stiffness")}
+    assert not any(shows_later(level, c) for c in passing)
+
+
+def test_an_effect_that_lasts_shows_after_the_release_too(slow):
+    law = registry.find("asymmetric_stiffness")
+    level = hooked(0.25, ((law, 2e5),))
+    found = diagnose(level, chosen(("asymmetric_stiffness", "imperfect_release")))
+    assert set(found.best.names) == {"asymmetric_stiffness", "imperfect_release"}
+    assert shows_later(level, found.best)
+    alone = Candidate((HOOK,), fitted(slow)[1], 0.0)
+    assert shows_later(slow, alone)  # nothing is beside it
+
+
+def test_how_a_hook_let_go_in_air_does_not_stand_in_water(slow):
+    fit = fitted(slow)[1]
+    law = Addend("cubic_stiffness", (Addition("N_per_m3", "N/m^3", "k3", 0.0, 1.0, scope="spring"),))
+    numbers = {"imperfect_release.exponent": (1.4, 0.1), "cubic_stiffness.N_per_m3@long": (5e6, 1e5)}
+    judged = SimpleNamespace(addends=(*fit.addends, law), labels=("long",), values=numbers)
+    assert [addend.prefix for addend in standing_addends([judged])] == ["cubic_stiffness"]

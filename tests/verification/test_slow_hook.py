@@ -42,33 +42,37 @@ def test_an_undamped_body_swings_on_with_the_amplitude_of_a_ramp(time):
     assert x[~after, 0] == pytest.approx(held, abs=1e-8)
 
 
+@pytest.mark.parametrize("power", [1.0, 1.4, 3.0])
 @pytest.mark.parametrize("x0", [0.1, -0.08])
 @pytest.mark.parametrize("time", [0.05, 0.7, 2.5])
-def test_it_is_scipys_motion_with_drag_and_a_spring_that_hardens(time, x0):
+def test_it_is_scipys_motion_with_drag_and_a_spring_that_hardens(time, x0, power):
     b = {**BODY, "x0": x0}
     spring = lambda x: b["k1"] * (x - b["xe"]) + b["k3"] * (x - b["xe"]) ** 3  # noqa: E731
 
     def slope(t, y):
-        hook = spring(x0) * max(1.0 - t / time, 0.0)
+        hook = spring(x0) * max(1.0 - t / time, 0.0) ** power
         return [y[1], (hook - spring(y[0]) - b["c1"] * y[1] - b["q"] * y[1] * abs(y[1])) / b["mass"]]
 
     options = {"rtol": 1e-11, "atol": 1e-13, "max_step": 0.02}
     first = solve_ivp(slope, (0.0, time), [x0, 0.0], t_eval=[*TIMES[time > TIMES], time], **options).y
     then = solve_ivp(slope, (time, 6.0), first[:, -1], t_eval=TIMES[time <= TIMES], **options).y
-    assert motion(**b, let_go=time) == pytest.approx(np.concatenate([first[0, :-1], then[0]]), abs=1e-8)
+    assert motion(**b, let_go=time, let_go_p=power) == pytest.approx(np.concatenate([first[0, :-1], then[0]]), abs=3e-8)
 
 
+@pytest.mark.parametrize("power", [0.0, 1.4, 3.0])
 @pytest.mark.parametrize("time", [0.05, 0.7, 2.5])
 @pytest.mark.parametrize("friction", [0.0, 0.15])
-def test_its_sensitivities_are_those_of_differences(time, friction):
-    slots = ("let_go", "k1", "k3", "c1", "q", "x0", "xe", "mass", *(("fc",) if friction else ()))
-    body = {**BODY, "fc": friction, "let_go": time, "k1": 12.0}
+def test_its_sensitivities_are_those_of_differences(time, friction, power):
+    further = (*(("let_go_p",) if power else ()), *(("fc",) if friction else ()))
+    slots = ("let_go", "k1", "k3", "c1", "q", "x0", "xe", "mass", *further)
+    body = {**BODY, "fc": friction, "let_go": time, "let_go_p": power, "k1": 12.0}
     active = np.array([SLOT[slot] for slot in slots])
     x, *_ = integrate(theta(**body), active, TIMES, STEP)
     for column, slot in enumerate(slots, start=1):
         by = 1e-5 * max(abs(body[slot]), 0.1)
         change = (motion(**{**body, slot: body[slot] + by}) - motion(**{**body, slot: body[slot] - by})) / (2.0 * by)
-        assert x[:, column] == pytest.approx(change, abs=1e-4 * np.max(np.abs(change))), slot
+        rough = 1e-3 if slot == "let_go" and 1.0 < power < 2.0 else 1e-4  # its slope has no limit at the end
+        assert x[:, column] == pytest.approx(change, abs=rough * np.max(np.abs(change))), slot
 
 
 def test_friction_holds_until_the_hook_has_let_go_as_much():

@@ -150,11 +150,11 @@ def widened(level: Level, best: Candidate, suspect: Suspect, found: Candidate | 
         if ahead is None or ahead.fit.misfit <= LEFT_BY_CHANCE or in_vain == IN_VAIN:
             break
         last = ahead.fit.addends[-1]
-        inner = next(a.name for a in last.additions if a.inner)
+        inner = next((f"{last.prefix}.{a.name}" for a in last.additions if a.inner), "")
         memory = min(residual_memory(ahead.fit.solution), best.fit.memory)
         before = ahead = _settled(level, best, replace(ahead, fit=at_memory(ahead.fit, memory)))
         if ahead.fit.misfit > LEFT_BY_CHANCE:
-            additions = wider(level.scales, ahead.fit.value(f"{last.prefix}.{inner}"))
+            additions = wider(level.scales, ahead.fit.values.get(inner, 0.0))
             ahead = _closer(level, best, before, before, additions)
         in_vain = in_vain + 1 if ahead is before else 0
     if found is None or ahead is None or ahead.fit.solution is found.fit.solution:

@@ -18,6 +18,10 @@ SHORT = 0.03
 resonator whose first fit had made good for the hook, it went elsewhere."""
 
 
+STEEPEST = 6.0
+"""Exponent of a hook's force at most: an exponential's first and largest part."""
+
+
 def nothing(s: Scales, start: float) -> tuple[Addition, ...]:
     """No unknowns of its own."""
     return ()
@@ -35,6 +39,11 @@ def _hook(s: Scales, start: float) -> tuple[Addition, ...]:
     return (Addition("release_s", "s", HOOK, start, 0.3 * start, least, most, scope="trial"),)
 
 
+def _bent(s: Scales, start: float) -> tuple[Addition, ...]:
+    """The same with an exponent of how it lets go, one for all trials: a magnet's force fades fast at first."""
+    return (*_hook(s, SHORT * 2.0 * math.pi / s.rate), Addition("exponent", "1", "let_go_p", 1.5, 0.3, 1.0, STEEPEST))
+
+
 _RELEASE = Suspect(
     "imperfect_release", "outside", _speed, words="a release that was not sudden or that a filter rounded",
     next_test="the load at the release, recorded at the full rate",
@@ -44,7 +53,7 @@ BAD_RELEASES: tuple[Suspect, ...] = (
     _RELEASE,
     replace(
         _RELEASE, additions=_hook, starts=lambda s: (SHORT * 2.0 * math.pi / s.rate,),
-        variant="a hook that lets go slowly",
+        variant="a hook that lets go slowly", wider=(_bent,),
     ),
     replace(_RELEASE, additions=nothing, variant="a hold that fades", late=1.0),
 )  # fmt: skip

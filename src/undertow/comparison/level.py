@@ -149,14 +149,18 @@ def member_rate(member: Member) -> float:
 
 def seen_by(addends: Sequence[Addend], motion: Motion) -> Motion:
     """A motion as far as a model with these addends follows it: all of it, or from later on, with a start of its own
-    that is not at rest. A motion that swings once or twice starts earlier: it must swing on."""
+    that is not at rest."""
     periods = max((addend.late for addend in addends), default=0.0)
-    if periods == 0.0:
-        return motion
+    return from_later_on(motion, periods, held=False) if periods else motion
+
+
+def from_later_on(motion: Motion, periods: float, held: bool) -> Motion:
+    """A motion of which so many first periods are not asked for, from rest at the release (``held``) or from a start of
+    its own. A motion that swings once or twice starts earlier: it must swing on."""
     for share in EARLIER:
         later = motion.inside & (motion.t > share * periods * dominant_period(motion))
         try:
-            delayed = replace(motion, inside=later, window=replace(motion.window, held=False))
+            delayed = replace(motion, inside=later, window=replace(motion.window, held=held))
             dominant_period(delayed)
         except (IdentificationError, RecordingError):
             continue

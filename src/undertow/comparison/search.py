@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from undertow.comparison import attempt, explained
+from undertow.comparison.after_release import shows_later
 from undertow.comparison.attempt import from_pair
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, conclude
 from undertow.comparison.clock import changes
@@ -114,8 +115,9 @@ class _Search(Trying):
             self.best = first
             pairs += self._as_far_as_possible(1)
         self.best = stands
+        pairs = self._first(pairs)
         self.found = [*self.found, *pairs]
-        return self._first(pairs)
+        return pairs
 
     def _from_another_first(self) -> tuple[Candidate, float] | None:
         """Two effects, with the free run's error, that are more probable than an answer which leaves much of what lies
@@ -161,8 +163,9 @@ class _Search(Trying):
         stands, self.best = self.best, max(alone, key=lambda c: c.score)
         pairs = self._as_far_as_possible(1)
         self.best = stands
+        pairs = self._first(pairs)
         self.found += pairs
-        able = [c for c in self._first(pairs) if not c.out and c.score > self.best.score + ODDS]
+        able = [c for c in pairs if not c.out and c.score > self.best.score + ODDS]
         ahead = max(able, key=lambda c: c.score, default=None)
         return None if ahead is None else (ahead, free_run_error(self.level, ahead.fit))
 
@@ -200,14 +203,19 @@ class _Search(Trying):
     def _first(self, tried: list[Candidate]) -> list[Candidate]:
         """What was tried beside the prescribed equation, and all that was found before, valued at the memory of the
         closest: what a missing law leaves swings for long, and would pass for few samples of noise."""
-        return self._valued(tried, min(tried, key=lambda c: c.fit.misfit, default=self.null))
+        return self._lasting(self._valued(tried, min(tried, key=lambda c: c.fit.misfit, default=self.null)))
 
     def _further_on(self, tried: list[Candidate]) -> list[Candidate]:
         """The same beside what stands, where the closest of the candidates is more probable than that then."""
         closest = min((c for c in tried if not c.out), key=lambda c: c.fit.misfit, default=self.null)
         one, other = (at_memory(c.fit, self._memory(closest)).criterion for c in (closest, self.best))
         ahead = 0.5 * (other - one) + closest.log_prior - self.best.log_prior
-        return self._valued(tried, closest) if ahead > ODDS else tried
+        return self._lasting(self._valued(tried, closest) if ahead > ODDS else tried)
+
+    def _lasting(self, tried: list[Candidate]) -> list[Candidate]:
+        """The candidates without what would be an answer beside a slow hook, and does not show after the release."""
+        least = self.best.score + ODDS
+        return [c for c in tried if c.out or c.score < least or shows_later(self.level, c)]
 
     def _memory(self, closest: Candidate) -> float:
         """Memory between that of what stands (or the equation) and that of a candidate's residual."""

@@ -16,13 +16,13 @@ from numba import njit
 from undertow.compiling import WITHIN
 
 SLOTS: tuple[str, ...] = (
-    "mass", "xe", "x0", "v0", "let_go", "hold", "k1", "c1", "fc", "q", "c3", "cb",
-    "qa", "cp", "p", "k3", "k5", "k2", "kd", "td", "ka", "ks", "xv", "xxv",
-    "fs", "vs", "fa", "fn", "fcos", "omega", "fsin", "gcos", "gomega", "gsin", "gcos_t", "gsin_t",
-    "gcos_tt", "gsin_tt", "gcos_t3", "gsin_t3", "gcos_t4", "gsin_t4", "gcos_t5", "gsin_t5", "gcos_t6", "gsin_t6", "ge", "tau_e",
-    "kb", "fb", "hm1", "hw1", "hz1", "hb1", "hg1", "hs1", "hu1", "hm2", "hw2", "hz2",
-    "hb2", "hg2", "hs2", "hu2", "hm3", "hw3", "hz3", "hb3", "hg3", "hs3", "hu3", "rk1",
-    "rt1", "rk2", "rt2",
+    "mass", "xe", "x0", "v0", "let_go", "let_go_p", "hold", "k1", "c1", "fc", "q", "c3",
+    "cb", "qa", "cp", "p", "k3", "k5", "k2", "kd", "td", "ka", "ks", "xv",
+    "xxv", "fs", "vs", "fa", "fn", "fcos", "omega", "fsin", "gcos", "gomega", "gsin", "gcos_t",
+    "gsin_t", "gcos_tt", "gsin_tt", "gcos_t3", "gsin_t3", "gcos_t4", "gsin_t4", "gcos_t5", "gsin_t5", "gcos_t6", "gsin_t6", "ge",
+    "tau_e", "kb", "fb", "hm1", "hw1", "hz1", "hb1", "hg1", "hs1", "hu1", "hm2", "hw2",
+    "hz2", "hb2", "hg2", "hs2", "hu2", "hm3", "hw3", "hz3", "hb3", "hg3", "hs3", "hu3",
+    "rk1", "rt1", "rk2", "rt2",
 )
 """Names of the parameter vector's places, in order: hm1 is the first hidden oscillator's mass."""
 
@@ -30,14 +30,14 @@ SLOT: dict[str, int] = {name: i for i, name in enumerate(SLOTS)}
 N_SLOTS = len(SLOTS)
 
 (
-    _MASS, _XE, _X0, _V0, _LET_GO, _HOLD, _K1, _C1, _FC, _Q, _C3, _CB,
-    _QA, _CP, _P, _K3, _K5, _K2, _KD, _TD, _KA, _KS, _XV, _XXV,
-    _FS, _VS, _FA, _FN, _FCOS, _OMEGA, _FSIN, _GCOS, _GOMEGA, _GSIN, _GCOS_T, _GSIN_T,
-    _GCOS_TT, _GSIN_TT, _GCOS_T3, _GSIN_T3, _GCOS_T4, _GSIN_T4, _GCOS_T5, _GSIN_T5, _GCOS_T6, _GSIN_T6, _GE, _TAU_E,
-    _KB, _FB,
-) = range(50)
-_HM = 50
-_RK = 71
+    _MASS, _XE, _X0, _V0, _LET_GO, _LET_GO_P, _HOLD, _K1, _C1, _FC, _Q, _C3,
+    _CB, _QA, _CP, _P, _K3, _K5, _K2, _KD, _TD, _KA, _KS, _XV,
+    _XXV, _FS, _VS, _FA, _FN, _FCOS, _OMEGA, _FSIN, _GCOS, _GOMEGA, _GSIN, _GCOS_T,
+    _GSIN_T, _GCOS_TT, _GSIN_TT, _GCOS_T3, _GSIN_T3, _GCOS_T4, _GSIN_T4, _GCOS_T5, _GSIN_T5, _GCOS_T6, _GSIN_T6, _GE,
+    _TAU_E, _KB, _FB,
+) = range(51)
+_HM = 51
+_RK = 72
 _NH = 7
 _START = 5
 MAX_HIDDEN = 3

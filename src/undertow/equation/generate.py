@@ -42,9 +42,9 @@ from undertow.errors import UndertowError
 
 TARGET = Path(__file__).with_name("algebra.py")
 
-BODY = ("mass", "xe", "x0", "v0", "let_go", "hold")
+BODY = ("mass", "xe", "x0", "v0", "let_go", "let_go_p", "hold")
 """Places of the body's own numbers: mass, rest position, displacement and velocity at the release; the time in which
-its hook lets go, and what that held, which the integrator itself works out."""
+its hook lets go, with the exponent of how, and what that held, which the integrator itself works out."""
 
 LONG = 4
 """Sums of more parts are written with what they have in common worked out first."""

@@ -13,8 +13,8 @@ is an array y[i, column]: column 0 the motion, columns 1.. d(state)/d(parameter)
 (f_minus - f_plus) dt*/dp. Each step runs in one mode: ``d`` the direction of motion (+1, -1; 0 stuck), ``side`` the
 side of the rest position (+1, -1). Laws with a kink are continued smoothly beyond their side, so that a stage that
 oversteps an event by rounding does not see the other branch. An echo's kinks, a delay after each event, end steps too,
-and so does the end of a release that was not sudden: a hook that holds the body at x0 and lets go evenly until t = T,
-    M x'' + ... = F_h (1 - t / T),  F_h what holds the body at t = 0.
+and so does the end of a release that was not sudden: a hook that holds the body at x0 and lets go until t = T,
+    M x'' + ... = F_h (1 - t / T)^p,  F_h what holds the body at t = 0, p >= 1 (a slot of 0 is p = 1).
 
 numba's cache sees changes of its own file alone, so that a mark of algebra.py's text is part of what is compiled.
 Sections: right-hand side, history, step, events, output, integrate. Does not belong here: any law's formula, what the
@@ -45,6 +45,7 @@ from undertow.equation.algebra import (
     _HOLD,
     _KB,
     _LET_GO,
+    _LET_GO_P,
     _MASS,
     _NH,
     _P,
@@ -115,6 +116,9 @@ _STABLE = 2.0
 _RING = 0.25
 """Bristles that do not yet yield: a step bends them by a quarter of their reach fb / kb, by more where less is left to
 bend (the fifth order's error stays), within what is stable, and takes a quarter radian of their own swing at most."""
+_SHARE_LEFT = 0.25
+_LAST_SHARE = 1.0 / 256.0
+"""A hook that does not let go evenly: a step takes a quarter of the time that is left, the last that share of all."""
 _YIELDED = 1e-10
 """Share of their force within which bristles slide with the body: they stay as they are until it reverses."""
 _ECHOES = 3.0
@@ -147,7 +151,7 @@ def _pull(th, y, dims, t, d, side, echo, v):
     for j in range(2 + 2 * dims[1], 2 + 2 * dims[1] + dims[2]):
         f -= y[j, 0]
     if th[_LET_GO] > 0.0:
-        f += th[_HOLD] * (1.0 - t / th[_LET_GO])
+        f += th[_HOLD] * max(1.0 - t / th[_LET_GO], 0.0) ** max(th[_LET_GO_P], 1.0)
     return f
 
 
@@ -176,11 +180,15 @@ def _hold(th, active, y, cols, dims, side, sens, jac):
 @njit(inline="always", **WITHIN)
 def _hook(th, active, k, stage, cols, t, sens):
     """The hook's part of the explicit derivatives of the force, into row 1 of k[stage]."""
-    left = 1.0 - t / th[_LET_GO]
+    p = max(th[_LET_GO_P], 1.0)
+    left = max(1.0 - t / th[_LET_GO], 0.0)
+    share = left**p
     for c in range(1, cols):
-        k[stage, 1, c] += left * sens[cols + c]
+        k[stage, 1, c] += share * sens[cols + c]
         if active[c - 1] == _LET_GO:
-            k[stage, 1, c] += th[_HOLD] * t / (th[_LET_GO] * th[_LET_GO])
+            k[stage, 1, c] += th[_HOLD] * p * left ** (p - 1.0) * t / (th[_LET_GO] * th[_LET_GO])
+        elif active[c - 1] == _LET_GO_P and left > 0.0:
+            k[stage, 1, c] += th[_HOLD] * share * np.log(left)
 
 
 @njit(**WITHIN)
@@ -749,6 +757,8 @@ def _with_mark(mark: int) -> Any:
                     h = _short_while_bending(th, left, abs(y[1, 0]), abs(k[0, 1, 0]), h)
                 else:
                     law = yielded
+            if hooked and th[_LET_GO_P] > 1.0:
+                h = min(h, max(_SHARE_LEFT * (released - t), _LAST_SHARE * released))
             on_end = hooked and released < t + h * (1.0 + 1e-9)
             if on_end:
                 h = released - t

@@ -44,11 +44,12 @@ class WetRig:
 
 
 def standing_addends(dry: Sequence[Judged]) -> tuple[Addend, ...]:
-    """What dry groups need, each spring's numbers with their errors, as it stands in every wet model."""
+    """What dry groups need, each spring's numbers with their errors, as it stands in every wet model; how a hook let go
+    in air is no matter of the rig."""
     found: dict[str, dict[str, list[tuple[str, float, float]]]] = {}
     kinds: dict[str, Addend] = {}
     for judged in dry:
-        for addend in judged.addends:
+        for addend in (a for a in judged.addends if not a.hooked):
             kinds.setdefault(addend.prefix, addend)
             for a in addend.additions:
                 for label in judged.labels:

@@ -186,8 +186,16 @@ def test_how_it_lets_go_comes_back_where_an_even_hook_leaves_more_than_noise(pow
     assert even.misfit > 3.0
 
 
-def let_go_by_a_cosine(x0: float, seed: int, share: float) -> Recording:
-    """A release whose force falls as half a cosine, integrated in small steps."""
+SHAPES = {
+    "exponential": lambda u: math.exp(-3.0 * u),
+    "half a cosine": lambda u: 0.5 * (1.0 + math.cos(math.pi * min(u, 1.0))),
+    "square": lambda u: max(1.0 - u, 0.0) ** 2,
+    "root": lambda u: math.sqrt(max(1.0 - u, 0.0)),
+}
+
+
+def let_go_as(shape: str, x0: float, seed: int, share: float, size: float = 5e-6) -> Recording:
+    """A release whose force falls in that way, integrated in small steps, with noise of that size in m."""
     rng = np.random.default_rng(seed)
     k, c, mu = (v * (1 + SCATTER[s] * rng.standard_normal()) for s, v in zip(SCATTER, SPRINGS["long"], strict=True))
     numbers = (k, c, mu * SPECIMEN.normal_force_N, 300.0, 450.0)
@@ -197,8 +205,7 @@ def let_go_by_a_cosine(x0: float, seed: int, share: float) -> Recording:
     step, x, v = 1.0 / rate / fine, x0, 0.0
     moved = np.empty((2, round(11.3 * rate * fine)))
     for i in range(moved.shape[1]):
-        u = min(i * step / (share * PERIOD), 1.0)
-        pull = 0.5 * k * x0 * (1.0 + math.cos(math.pi * u)) - k * x - c * v - drag * v * abs(v)
+        pull = k * x0 * SHAPES[shape](i * step / (share * PERIOD)) - k * x - c * v - drag * v * abs(v)
         sticks = v == 0.0 and abs(pull) <= friction
         a = 0.0 if sticks else (pull - math.copysign(friction, v or pull)) / mass
         moved[:, i] = x, a
@@ -209,7 +216,7 @@ def let_go_by_a_cosine(x0: float, seed: int, share: float) -> Recording:
     x_of, a_of = (np.interp(time - hold, since, one, left=first) for one, first in zip(moved, (x0, 0.0), strict=True))
     noise = rng.standard_normal((2, time.size))
     return Recording(
-        f"long{x0:g}", time, {"displacement": x_of + 5e-6 * noise[0], "acceleration": a_of + 3e-3 * noise[1]}
+        f"long{x0:g}", time, {"displacement": x_of + size * noise[0], "acceleration": a_of + 600.0 * size * noise[1]}
     )
 
 
@@ -219,7 +226,7 @@ def more_probable(found: LevelDiagnosis) -> list[Candidate]:
 
 
 def test_what_is_left_of_the_way_in_which_a_hook_lets_go_is_no_effect_beside_it(monkeypatch):
-    level = level_of([let_go_by_a_cosine(x0, 40 + i, 0.15) for i, x0 in enumerate((0.02, 0.035, 0.05))])
+    level = level_of([let_go_as("half a cosine", x0, 40 + i, 0.15) for i, x0 in enumerate((0.02, 0.035, 0.05))])
     some = chosen(("cubic_stiffness", "drag_exponent", "imperfect_release"))
     assert diagnose(level, some).best.names == ("imperfect_release",)
     assert not more_probable(diagnose(level, some))
@@ -245,3 +252,14 @@ def test_how_a_hook_let_go_in_air_does_not_stand_in_water(slow):
     numbers = {"imperfect_release.exponent": (1.4, 0.1), "cubic_stiffness.N_per_m3@long": (5e6, 1e5)}
     judged = SimpleNamespace(addends=(*fit.addends, law), labels=("long",), values=numbers)
     assert [addend.prefix for addend in standing_addends([judged])] == ["cubic_stiffness"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [5e-6, 5e-5])
+@pytest.mark.parametrize("share", [0.15, 0.4])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_however_a_hook_lets_go_the_release_alone_is_named(shape, share, size):
+    level = level_of([let_go_as(shape, x0, 40 + i, share, size) for i, x0 in enumerate((0.02, 0.035, 0.05))])
+    found = diagnose(level, chosen("all"))
+    assert found.best.names == ("imperfect_release",)
+    assert found.rivals == ()

@@ -88,7 +88,7 @@ def slow() -> Level:
 @pytest.mark.parametrize("start", [0.03, 0.1, 0.3])
 def test_the_time_of_every_trial_comes_back_wherever_the_fit_begins(slow, start):
     plain, fit = fitted(slow, start)
-    times = [(n, v) for n, v in fit.values.items() if n.startswith("imperfect_release.release_s[")]
+    times = [(n, v) for n, v in fit.values.items() if n.startswith("imperfect_release.release_time_s[")]
     assert len(times) == 3
     for name, value in times:
         assert value == pytest.approx(0.3 * PERIOD, abs=4.0 * fit.solution.stderr(name))
@@ -108,7 +108,7 @@ def test_it_is_named_and_said_with_its_time(slow):
     assert found.best.names == ("imperfect_release",)
     assert found.best.suspects == (HOOK,)
     said = addition_parameters(found.best.fit, "long", 5.0)["imperfect_release"]
-    assert said[0]["release_s"].value == pytest.approx(0.3 * PERIOD, rel=0.02)
+    assert said[0]["release_time_s"].value == pytest.approx(0.3 * PERIOD, rel=0.02)
 
 
 @pytest.mark.parametrize("law", [("cubic_stiffness", 6e6), ("cubic_damping", 4e4)])
@@ -144,8 +144,8 @@ def test_only_trials_that_were_held_have_a_hook(slow):
     mixed = make_level([replace(member, motions=(swinging, *rest))])
     addend = (Addend("imperfect_release", HOOK.additions(slow.scales, 0.1)),)
     names = build(mixed, addend).names
-    assert sum("release_s" in name for name in names) == 2
-    assert not any(name.endswith(f"release_s[{first.name}]") for name in names)
+    assert sum("release_time_s" in name for name in names) == 2
+    assert not any(name.endswith(f"release_time_s[{first.name}]") for name in names)
     none = make_level([replace(member, motions=tuple(replace(m, window=swinging.window) for m in member.motions))])
     plain = fit_joint(slow, (), 1.0, {}, 2.0, growing=True)
     assert [has_room(one, HOOK, plain) for one in (slow, mixed, none)] == [True, True, False]
@@ -170,7 +170,7 @@ def test_it_is_of_the_release_has_no_step_and_no_clock_of_its_own():
 
 
 def test_a_sentence_says_how_long_it_took():
-    numbers = {"imperfect_release": [{"release_s": Estimate(0.312, 0.004, unit="s")}]}
+    numbers = {"imperfect_release": [{"release_time_s": Estimate(0.312, 0.004, unit="s")}]}
     sentence = sentence_of(case(), ("imperfect_release",), [], numbers, 0.01, math.nan, False, ())
     assert "it took 0.312 ± 0.004 s" in sentence
 

@@ -36,7 +36,7 @@ def _hook(s: Scales, start: float) -> tuple[Addition, ...]:
     """The time in which the hook lets go, in every trial its own."""
     period = 2.0 * math.pi / s.slowest
     least, most = SHORTEST * period, LONGEST * period
-    return (Addition("release_s", "s", HOOK, start, 0.3 * start, least, most, scope="trial"),)
+    return (Addition("release_time_s", "s", HOOK, start, 0.3 * start, least, most, scope="trial"),)
 
 
 def _bent(s: Scales, start: float) -> tuple[Addition, ...]:

@@ -169,8 +169,8 @@ def _numbers(found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> str:
                     texts[-1] += " and more with amplitude"
             elif "kernel_mass_kg" in one:
                 texts.append(f"{one['c_Ns_per_m']} at this body's frequency; at other frequencies it differs")
-            elif "release_s" in one:
-                texts.append(f"it took {one['release_s']}")
+            elif "release_time_s" in one:
+                texts.append(f"it took {one['release_time_s']}")
             else:
                 first, *inner = one.items()
                 texts.append(", ".join([str(first[1]), *(f"{quantity_of(name)} {e}" for name, e in inner)]))

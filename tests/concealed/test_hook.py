@@ -12,13 +12,16 @@ import pytest
 from tests.concealed.test_diagnosis import EQ15, MASS, SCATTER, SPECIMEN, SPRINGS
 from tests.unit.test_earned import case
 from undertow.campaign.run.rig import standing_addends
-from undertow.comparison import search, trying
+from undertow.comparison import after_release, search, trying
+from undertow.comparison import null_test as null_module
 from undertow.comparison.after_release import shows_later
 from undertow.comparison.bad_release import BAD_RELEASES
 from undertow.comparison.candidate import Candidate, LevelDiagnosis
 from undertow.comparison.joining import has_room
 from undertow.comparison.joint import build, fit_joint, its_own, shared_theta
 from undertow.comparison.level import Addend, Level, Member, make_level
+from undertow.comparison.null_test import null_test
+from undertow.comparison.prescribed import plain_fit
 from undertow.comparison.search import diagnose
 from undertow.comparison.suspect import Addition
 from undertow.comparison.suspects import SUSPECTS, chosen
@@ -29,6 +32,7 @@ from undertow.discrepancy.validation import addition_parameters, shared_run
 from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.equation.kernel import SLOT, integrate
+from undertow.likelihood import output_error
 from undertow.likelihood.fit import Structure
 from undertow.likelihood.free_run import free_run
 from undertow.likelihood.priors import LATE_RELEASE_RADIANS, clock_std
@@ -236,6 +240,45 @@ def test_what_is_left_of_the_way_in_which_a_hook_lets_go_is_no_effect_beside_it(
     assert not any(shows_later(level, c) for c in passing)
 
 
+def test_what_is_asked_is_the_last_effect_beside_the_hook_and_the_body_is_still_released_at_rest(slow, monkeypatch):
+    hook = Addend("imperfect_release", HOOK.additions(slow.scales, 0.1))
+    first, last = (Addend(name, ()) for name in ("cubic_stiffness", "relaxation"))
+    fit = SimpleNamespace(addends=(first, hook, last), shared_water=True, memory=1.0, values={"x": 1.0}, misfit=1.0)
+    asked, gains = [], []
+
+    def fit_later(level, addends, *_, **__):
+        asked.append((level, addends))
+        numbers = {"one": 0.0, **({"more": 0.0} if last in addends else {})}
+        worth = 100.0 - (gains[-1] if last in addends else 0.0)
+        return SimpleNamespace(criterion=worth, solution=SimpleNamespace(n_data=100), memory=1.0, values=numbers)
+
+    monkeypatch.setattr(after_release, "fit_joint", fit_later)
+    for over, shown in ((3.9, False), (4.1, True)):
+        gains.append(over - math.log(100.0))  # what the number costs is not counted
+        assert shows_later(slow, SimpleNamespace(fit=fit)) is shown
+    (level, every), (_, without) = asked[:2]
+    assert (every, without) == ((first, hook, last), (first, hook))
+    for motion in level.members[0].motions:
+        assert motion.window.held
+        assert motion.windowed("t")[0] == pytest.approx(dominant_period(motion), rel=0.1)
+
+
+def test_of_a_trial_alone_a_slow_release_may_have_been_seen_late_too(slow, monkeypatch):
+    _, fit = fitted(slow)
+    (member,) = slow.members
+    priors, search = [], output_error.fit
+
+    def seen(problem, *args, **options):
+        priors.append(next(u.prior_std for u in problem.unknowns if u.name.startswith("shift_s[")))
+        return search(problem, *args, **options)
+
+    monkeypatch.setattr(output_error, "fit", seen)
+    motion = member.motions[0]
+    shared_run(slow, member, fit, motion, 1e-4)
+    free_run(motion, shared_theta(slow, member, fit, motion.name), 1e-4)
+    assert priors[0] > 2.0 * priors[1]
+
+
 def test_an_effect_that_lasts_shows_after_the_release_too(slow):
     law = registry.find("asymmetric_stiffness")
     level = hooked(0.25, ((law, 2e5),))
@@ -247,10 +290,10 @@ def test_an_effect_that_lasts_shows_after_the_release_too(slow):
 
 
 def test_how_a_hook_let_go_in_air_does_not_stand_in_water(slow):
-    fit = fitted(slow)[1]
+    bent = Addend("imperfect_release", HOOK.wider[0](slow.scales, 0.0))
     law = Addend("cubic_stiffness", (Addition("N_per_m3", "N/m^3", "k3", 0.0, 1.0, scope="spring"),))
     numbers = {"imperfect_release.exponent": (1.4, 0.1), "cubic_stiffness.N_per_m3@long": (5e6, 1e5)}
-    judged = SimpleNamespace(addends=(*fit.addends, law), labels=("long",), values=numbers)
+    judged = SimpleNamespace(addends=(bent, law), labels=("long",), values=numbers)
     assert [addend.prefix for addend in standing_addends([judged])] == ["cubic_stiffness"]
 
 
@@ -263,3 +306,12 @@ def test_however_a_hook_lets_go_the_release_alone_is_named(shape, share, size):
     found = diagnose(level, chosen("all"))
     assert found.best.names == ("imperfect_release",)
     assert found.rivals == ()
+
+
+def test_no_step_from_nothing_shows_a_hook(slow):
+    null = plain_fit(slow)
+    with pytest.MonkeyPatch.context() as patch:
+        asked = []
+        patch.setattr(null_module, "places", lambda level, stands, suspect: (asked.append(suspect.label), ())[1])
+        null_test(slow, chosen(("imperfect_release", "cubic_stiffness")), null, ())
+    assert asked == ["cubic_stiffness", "imperfect_release"]

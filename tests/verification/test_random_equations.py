@@ -16,9 +16,10 @@ from undertow.equation.kernel import integrate
 
 MOTIONS = json.loads(Path(__file__).with_name("random_motions.json").read_text())
 """Motions by formulas and derivatives written by hand: a row each, with sensitivities by every number that it has.
-The last four rows, of laws that came later, are by scipy's DOP853 with variational equations written by hand. The
-sixth, whose bristles yield, is held at a twentieth of its first step: steps beside bristles are others now, and its
-values are those of the same formulas with steps of a fortieth (c7eaa725, which gave the first values to 2e-14)."""
+The last five rows, of laws and a hook that came later, are by scipy's DOP853 with variational equations written by
+hand. The sixth, whose bristles yield, is held at a twentieth of its first step: steps beside bristles are others now,
+and its values are those of the same formulas with steps of a fortieth (c7eaa725, which gave the first values to
+2e-14)."""
 
 
 @pytest.fixture(scope="module")
@@ -148,4 +149,5 @@ def test_motions_and_sensitivities_are_those_of_formulas_written_by_hand(row):
 
 
 def test_the_motions_have_every_law():
-    assert {name for row in MOTIONS for name in row["theta"]} == set(SLOTS)
+    own = {"hold"}  # the integrator's own room for what a hook holds
+    assert {name for row in MOTIONS for name in row["theta"]} == set(SLOTS) - own

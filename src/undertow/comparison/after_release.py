@@ -26,7 +26,7 @@ def shows_later(level: Level, candidate: Candidate) -> bool:
     still begins at the release. True without a hook, and where too little is left to tell."""
     fit = candidate.fit
     others = [d for d in fit.addends if not d.hooked and d not in level.standing]
-    if len(others) == len(fit.addends) - len(level.standing) or not others:
+    if not others or not any(d.hooked for d in fit.addends):
         return True
     without = tuple(d for d in fit.addends if d is not others[-1])
     members = tuple(

@@ -17,7 +17,6 @@ SHORT = 0.03
 """Periods in which a hook lets go from which a fit begins, near a sudden release: from a tenth of a period, beside a
 resonator whose first fit had made good for the hook, it went elsewhere."""
 
-
 STEEPEST = 6.0
 """Exponent of a hook's force at most: an exponential's first and largest part."""
 

@@ -194,21 +194,24 @@ def _of_trials(fit: JointFit, addend: Addend) -> dict[str, Estimate]:
     names = fit.solution.problem.names
     if addend.frees:
         label, unit, first, factor = _SAYS[addend.frees]
-        mine = [n for n in names if n.startswith(f"{addend.frees}[")]
-        mean = mean_of_trials([Estimate(fit.value(n), fit.solution.stderr(n), unit=unit) for n in mine], unit, "trials")
+        mean = _mean_of(fit, addend.frees, unit)
         return {label: Estimate(first + factor * mean.value, mean.stderr, 0.0, unit, "joint fit")}
     prefix = f"{addend.prefix}.velocity_m_per_s["
     speeds = [Estimate(fit.value(n), fit.solution.stderr(n), 0.0, "m/s", n) for n in names if n.startswith(prefix)]
     if speeds:
         return {"velocity_m_per_s": max(speeds, key=lambda e: abs(e.value))}
     for a in (a for a in addend.additions if a.slot == HOOK):
-        mine = [n for n in names if n.startswith(f"{addend.prefix}.{a.name}[")]
-        times = [Estimate(fit.value(n), fit.solution.stderr(n), unit=a.unit) for n in mine]
-        return {a.name: mean_of_trials(times, a.unit, "trials")}
+        return {a.name: _mean_of(fit, f"{addend.prefix}.{a.name}", a.unit)}
     for a in (a for a in addend.additions if a.differs):
         mine = [n for n in names if n.startswith(f"{addend.prefix}.{a.name}[")]
         return {a.name: Estimate(*fit.apart(mine), 0.0, a.unit, "larger and smaller trials")}
     return {"amplitude_N": _mean_amplitude(fit, addend)} if addend.has_its_own_clock else {}
+
+
+def _mean_of(fit: JointFit, name: str, unit: str) -> Estimate:
+    """Mean over trials of what each has of its own by that name."""
+    mine = [n for n in fit.solution.problem.names if n.startswith(f"{name}[")]
+    return mean_of_trials([Estimate(fit.value(n), fit.solution.stderr(n), unit=unit) for n in mine], unit, "trials")
 
 
 def _mean_amplitude(fit: JointFit, force: Addend) -> Estimate:

@@ -118,7 +118,7 @@ _RING = 0.25
 bend (the fifth order's error stays), within what is stable, and takes a quarter radian of their own swing at most."""
 _SHARE_LEFT = 0.25
 _LAST_SHARE = 1.0 / 256.0
-"""A hook that does not let go evenly: a step takes a quarter of the time that is left, the last that share of all."""
+"""A hook that does not let go evenly: a step takes a quarter of the time that is left, the last ones 1/256 of all."""
 _YIELDED = 1e-10
 """Share of their force within which bristles slide with the body: they stay as they are until it reverses."""
 _ECHOES = 3.0
@@ -159,16 +159,15 @@ def _pull(th, y, dims, t, d, side, echo, v):
 def _hold(th, active, y, cols, dims, side, sens, jac):
     """What the hook holds at t = 0 into its slot, N, and its sensitivities into the second half of sens; the way in
     which the body will go."""
-    zero = _int(0)
+    x = y[0, 0] - th[_XE]
     until = th[_LET_GO]
     th[_LET_GO] = 0.0
     th[_HOLD] = -_pull(th, y, dims, 0.0, 0.0, side, 0.0, 0.0)
-    fx, _ = _slopes(th, y[0, 0] - th[_XE], 0.0, 0.0, side, 0.0)
+    fx, _ = _slopes(th, x, 0.0, 0.0, side, 0.0)
     for i in range(dims[1]):
         _hidden_slopes(th, i, y[2 + 2 * i, 0], y[3 + 2 * i, 0], jac)
     for c in range(1, cols):
-        x = y[0, 0] - th[_XE]
-        by = _explicit_force(th, active[c - 1], y, dims[1], 0.0, 0.0, side, x, 0.0, 0.0, fx, 0.0) - fx * y[zero, c]
+        by = _explicit_force(th, active[c - 1], y, dims[1], 0.0, 0.0, side, x, 0.0, 0.0, fx, 0.0) - fx * y[0, c]
         for i in range(dims[1]):
             mass = th[_HM + i * _NH]
             by += mass * (jac[2 * i] * y[2 + 2 * i, c] + jac[2 * i + 1] * y[3 + 2 * i, c])

@@ -109,9 +109,9 @@ def free_run(
     hooked = False
     for name, unknown in (own or {}).items():
         start = 0.0
-        if unknown.typical and not motion.window.held:
-            continue
         if unknown.typical:
+            if not motion.window.held:
+                continue
             place = SLOT[unknown.slots[0][0]]
             start, base[place], hooked = base[place] or unknown.typical, 0.0, True
         index = builder.unknown(name, start, scale=unknown.scale, lower=unknown.lower, upper=unknown.upper)

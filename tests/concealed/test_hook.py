@@ -45,14 +45,19 @@ _, HOOK, LATE = BAD_RELEASES
 PERIOD = 2.0 * math.pi * math.sqrt((MASS + 300.0) / SPRINGS["long"][0])
 
 
-def recording(x0: float, seed: int, share: float, hidden=(), power: float = 0.0, noise: float = 1.0) -> Recording:
-    """One release whose hook lets go over that share of a period, with so much of the sensors' noise."""
+def recording(
+    x0: float, seed: int, share: float, hidden=(), power: float = 0.0, noise: float = 1.0, slots=()
+) -> Recording:
+    """One release whose hook lets go over that share of a period, with so much of the sensors' noise; ``slots`` are
+    further places of the integrator, with their values."""
     rng = np.random.default_rng(seed)
     k, c, mu = (v * (1 + SCATTER[s] * rng.standard_normal()) for s, v in zip(SCATTER, SPRINGS["long"], strict=True))
     numbers = (k, c, mu * SPECIMEN.normal_force_N, 300.0, 450.0)
     terms = tuple(registry.find(n) for n in EQ15) + tuple(term for term, _ in hidden)
     theta = Equation(terms, numbers + tuple(value for _, value in hidden), mass_kg=MASS).theta(x0, 0.0)
     theta[SLOT["let_go"]], theta[SLOT["let_go_p"]] = share * PERIOD, power
+    for slot, value in dict(slots).items():
+        theta[SLOT[slot]] = value
     hold = 0.6 + rng.uniform(0, 0.01)
     time = np.arange(round(12.0 * 200.0)) / 200.0
     moving = time >= hold
@@ -67,9 +72,9 @@ def hooked(share: float, hidden=(), releases=(0.02, 0.035, 0.05), **how) -> Leve
     return level_of([recording(x0, 40 + i, share, hidden, **how) for i, x0 in enumerate(releases)])
 
 
-def level_of(recordings) -> Level:
+def level_of(recordings, rubbing: float = 1.0) -> Level:
     motions = tuple(map(condition, recordings))
-    k, c, mu = SPRINGS["long"]
+    k, c, mu = np.array(SPRINGS["long"]) * (1.0, 1.0, rubbing)
     structure = Structure(
         Estimate(k, 0.002 * k), Estimate(c, 0.035 * c), Estimate(mu, 0.03 * mu), SCATTER, "test", math.inf
     )

@@ -109,7 +109,7 @@ def test_after_two_forms_that_came_no_closer_no_further_one_is_tried(monkeypatch
     (found,) = [c for c in diagnose(level, [replace(FORCE, wider=())]).candidates if c.suspects]
     tried: list[int] = []
     monkeypatch.setattr(attempt, "at_own", lambda _, one: one)
-    monkeypatch.setattr(attempt, "_closer", lambda *given: (tried.append(len(given[-1])), given[2])[1])
+    monkeypatch.setattr(attempt, "_closer", lambda *given: (tried.append(len(given[-1].additions)), given[2])[1])
     assert widened(level, null, FORCE, found) is found
     assert tried == [5, 7]
     assert len(FORCE.wider) > len(tried)

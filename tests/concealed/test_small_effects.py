@@ -12,7 +12,7 @@ import pytest
 
 from tests.concealed.test_diagnosis import LONG, SHORT, member
 from undertow.comparison import attempt, candidate, search, trying
-from undertow.comparison.attempt import beyond_starts, from_pair, from_places, from_starts, from_twin, own_rates
+from undertow.comparison.attempt import from_pair, from_places, from_starts, from_twin
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.clock import SIGNIFICANT
 from undertow.comparison.explained import asked, explains
@@ -21,6 +21,7 @@ from undertow.comparison.level import Addend, Level, make_level
 from undertow.comparison.score_test import GridPlace, Stands, peaks, places
 from undertow.comparison.search import diagnose
 from undertow.comparison.suspects import SUSPECTS, Suspect, chosen, kernel_additions
+from undertow.comparison.trying import beyond_starts, own_rates
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.judge import judge
 from undertow.discrepancy.validation import addition_parameters, kernel_damping
@@ -87,7 +88,7 @@ def test_water_that_swings_at_twice_the_bodys_rate_is_offered_its_own_line(monke
     offered = []
     monkeypatch.setattr(trying, "FINE", 0.0)  # where little is missing every place of the grid is looked at
     monkeypatch.setattr(trying, "WORTH", 0.0)
-    monkeypatch.setattr(trying, "from_starts", lambda *given: offered.append(given[-1]))
+    monkeypatch.setattr(trying, "from_starts", lambda *given: offered.append(given[5]))
     diagnose(level, [suspect])
     assert offered == [beyond_starts(level, suspect, seen)]
 

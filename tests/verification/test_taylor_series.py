@@ -98,8 +98,10 @@ def two_trials(seed: int = 0, width_s: float = 0.0237) -> Problem:
         theta[SLOT["x0"]] = x0
         x, _, a = (part[:, 0] for part in integrate(theta, np.zeros(0, dtype=np.int64), t + 0.001, 1e-3)[:3])
         channels = (
-            Channel("displacement", x + 2e-4 * rng.standard_normal(t.size), 2e-4, first + 2, first + 6, -1, first + 5),
-            Channel("acceleration", a + 0.1 * rng.standard_normal(t.size), 0.1, first + 3, -1, first + 4, -1),
+            Channel(
+                "displacement", x + 2e-4 * rng.standard_normal(t.size), 2e-4, first + 2, (first + 6,), -1, first + 5
+            ),
+            Channel("acceleration", a + 0.1 * rng.standard_normal(t.size), 0.1, first + 3, (), first + 4, -1),
         )
         trials.append(TrialProblem(f"r{number}", t, base, links, channels, first + 1, width_s, 1.19))
     return Problem(tuple(unknowns), tuple(trials))
@@ -149,7 +151,10 @@ def test_any_unknown_may_be_the_first_of_a_problem():
     for trial in usual.trials:
         links = tuple(replace(link, unknown=at[link.unknown]) for link in trial.links)
         channels = tuple(
-            replace(c, **{name: at[getattr(c, name)] for name in ("offset", "drift", "shift", "gain")})
+            replace(
+                c, drift=tuple(at[j] for j in c.drift),
+                **{name: at[getattr(c, name)] for name in ("offset", "shift", "gain")},
+            )
             for c in trial.channels
         )
         trials.append(replace(trial, links=links, channels=channels))

@@ -12,10 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from undertow.comparison.candidate import Candidate, doubt
-from undertow.comparison.joint import WIDER, JointFit, at_memory, fit_joint
+from undertow.comparison.joint import JointFit, at_memory, fit_joint
 from undertow.comparison.level import Addend, Level
 from undertow.comparison.score_test import GridPlace, renumbered
-from undertow.comparison.suspect import COMMON, EACH_SPRING, Addition, Suspect
+from undertow.comparison.suspect import COMMON, EACH_SPRING, Addition, Suspect, widening
 from undertow.comparison.suspects import RADIATION, kernel_additions
 from undertow.errors import IdentificationError
 from undertow.likelihood.budget import BudgetError, metered
@@ -44,9 +44,6 @@ lies above it another law would take, and be more probable: a resonator was, bes
 IN_VAIN = 2
 """Wider forms of a law one after the other that came no closer: a further one would not either."""
 
-OUT_OF_REACH = 1.2
-"""A fit finds a line from a start within this ratio of its frequency."""
-
 OF_NO_SIZE = 1e-3
 """Share of its scale at which a law's coefficient is as if the law were not there."""
 
@@ -73,13 +70,14 @@ def one_look(fit: JointFit) -> float:
 
 def from_starts(
     level: Level, best: Candidate, suspect: Suspect, prior: float, most: float = math.inf,
-    further: Sequence[float] = (),
+    further: Sequence[float] = (), looked: Sequence[GridPlace] = (),
 ) -> Candidate | None:
-    """The best candidate with one more suspect, from its own starts and ``further`` ones; None where no start gives a
-    motion, or none a criterion under ``most`` in a quick fit."""
+    """The best candidate with one more suspect, from its own starts and ``further`` ones, and where a small one
+    ``looked`` best; None where no start gives a motion, or none a criterion under ``most`` in a quick fit."""
     starts = (*suspect.starts(level.scales), *further)
     waters = _waters(level, best, suspect)
     quick = [f for w in waters for start in starts if (f := _attempt(w, best, suspect, start)) is not None]
+    quick += [f for w in waters for place in looked if (f := _from_look(w, best, suspect, place)) is not None]
     if all(_lost(best, f) for f in quick):
         quick += [f for w in waters for start in starts if (f := _from_nothing(w, best, suspect, start)) is not None]
     quick = [f for f in quick if f.criterion < most]
@@ -89,19 +87,6 @@ def from_starts(
     ahead += _half_periods_on(level, best, suspect, ahead[0])
     fit = min((_refined(level, f) for f in _apart(ahead)), key=lambda f: f.criterion)
     return Candidate((*best.suspects, suspect), fit, prior, doubt(level, fit, best.fit, best.out))
-
-
-def beyond_starts(level: Level, suspect: Suspect, seen: Sequence[GridPlace]) -> tuple[float, ...]:
-    """Frequencies of places of a suspect's grid to which no fit from its starts would come."""
-    starts = suspect.starts(level.scales)
-    found = (a.start for place in seen for a in place.additions if a.unit == "rad/s")
-    return tuple(w for w in found if not starts[0] / OUT_OF_REACH <= w <= starts[-1] * OUT_OF_REACH)
-
-
-def own_rates(level: Level) -> tuple[float, ...]:
-    """The body's rates on its springs, the slowest and the fastest, one where they are alike."""
-    slow, fast = level.scales.slowest, level.scales.fastest
-    return (slow, fast) if fast > slow * OUT_OF_REACH else (fast,)
 
 
 def from_places(
@@ -138,7 +123,8 @@ def from_twin(
     it is a wider form: from starts of its own it may end further off than that."""
     if found is None or twin is None:
         return found
-    return _closer(level, best, found, twin, suspect.additions(level.scales, suspect.starts(level.scales)[0]))
+    additions = suspect.additions(level.scales, suspect.starts(level.scales)[0])
+    return _closer(level, best, found, twin, _as_addend(best, twin, additions))
 
 
 def widened(level: Level, best: Candidate, suspect: Suspect, found: Candidate | None) -> Candidate | None:
@@ -154,8 +140,8 @@ def widened(level: Level, best: Candidate, suspect: Suspect, found: Candidate | 
         memory = min(residual_memory(ahead.fit.solution), best.fit.memory)
         before = ahead = _settled(level, best, replace(ahead, fit=at_memory(ahead.fit, memory)))
         if ahead.fit.misfit > LEFT_BY_CHANCE:
-            additions = wider(level.scales, ahead.fit.values.get(inner, 0.0))
-            ahead = _closer(level, best, before, before, additions)
+            form = wider if isinstance(wider, int) else wider(level.scales, ahead.fit.values.get(inner, 0.0))
+            ahead = _closer(level, best, before, before, _as_addend(best, before, form))
         in_vain = in_vain + 1 if ahead is before else 0
     if found is None or ahead is None or ahead.fit.solution is found.fit.solution:
         return found
@@ -181,15 +167,21 @@ def anew(level: Level, best: Candidate, found: Candidate) -> Candidate:
     return replace(found, fit=fit, out=doubt(level, fit, best.fit, best.out))
 
 
-def _closer(
-    level: Level, best: Candidate, found: Candidate, start: Candidate, additions: tuple[Addition, ...]
-) -> Candidate:
-    """What was found, or the same with these unknowns (if any), from where ``start`` ended and at the noise that it
+def _as_addend(best: Candidate, start: Candidate, form: tuple[Addition, ...] | int) -> Addend | None:
+    """The last effect of where a fit starts, in another form beside what stands: with these unknowns (if any), or a
+    drift of that degree."""
+    last = replace(start.fit.addends[-1], centres=())
+    if isinstance(form, int):
+        return replace(last, degree=form)
+    return replace(last, additions=renumbered(form, best.fit.addends)) if form else None
+
+
+def _closer(level: Level, best: Candidate, found: Candidate, start: Candidate, addend: Addend | None) -> Candidate:
+    """What was found, or the same with this last effect (if any), from where ``start`` ended and at the noise that it
     leaves, if that comes closer: at the noise of what stands, a thousand times that, priors would lead away."""
     level = replace(level, shared_water=start.fit.shared_water)
-    addend = Addend(start.fit.addends[-1].prefix, renumbered(additions, best.fit.addends))
     stands = replace(best, fit=replace(best.fit, memory=found.fit.memory, misfit=start.fit.misfit))
-    fit = _with(level, stands, (addend,), start.fit.values, growing=False) if additions else None
+    fit = None if addend is None else _with(level, stands, (addend,), start.fit.values, growing=False)
     if fit is None or fit.criterion >= found.fit.criterion:
         return found
     fit = _refined(level, fit)
@@ -250,11 +242,9 @@ def penalty_of(level: Level, fit: JointFit, suspect: Suspect) -> float:
     or its common error."""
     copies = {"shared": 1, "spring": len(level.members), "trial": level.trials}
     additions = suspect.additions(level.scales, suspect.starts(level.scales)[0])
-    unknowns = sum(copies[a.scope] for a in additions)
     each = 0.5 * math.log(max(fit.solution.n_data / fit.memory, 2.0))
-    if not suspect.frees:
-        return unknowns * each
-    return unknowns * each + (each if suspect.frees in COMMON else math.log(WIDER) * level.trials)
+    sensors = math.log(widening(suspect.frees)) * level.trials if suspect.frees else 0.0
+    return sum(copies[a.scope] for a in additions) * each + (each if suspect.frees in COMMON else sensors)
 
 
 def _waters(level: Level, best: Candidate, suspect: Suspect) -> tuple[Level, ...]:
@@ -284,8 +274,7 @@ def _attempt(level: Level, best: Candidate, suspect: Suspect, start: float, look
 def _in_windows(level: Level, best: Candidate, suspect: Suspect, start: float) -> JointFit | None:
     """One fit from a start, everything in growing windows; None where it gives no motion."""
     additions = renumbered(suspect.additions(level.scales, start), best.fit.addends)
-    addend = Addend(_prefix(best.suspects, suspect), additions)
-    return _with(level, best, (addend,), {}, growing=True)
+    return _with(level, best, (Addend(_prefix(best.suspects, suspect), additions),), {}, growing=True)
 
 
 def _from_place(level: Level, best: Candidate, suspect: Suspect, place: GridPlace) -> JointFit | None:
@@ -298,6 +287,15 @@ def _from_place(level: Level, best: Candidate, suspect: Suspect, place: GridPlac
         return fit
     moved = dict(zip(best.fit.values, place.beside.tolist(), strict=True))
     return _nearer(fit, _with(level, best, (addend,), moved, growing))
+
+
+def _from_look(level: Level, best: Candidate, suspect: Suspect, place: GridPlace) -> JointFit | None:
+    """One fit from where one linear step leads a law that was looked for at a small size with which what it has inside
+    goes (a hysteresis that yields at one displacement), everything else where it stands; None without a motion."""
+    size = place.additions[0]
+    found = suspect.additions(level.scales, size.also[0][1])
+    found = tuple(replace(a, start=max(a.start * size.start / found[0].start, a.lower)) for a in found)
+    return _with(level, best, (Addend(_prefix(best.suspects, suspect), found),), best.fit.values, growing=False)
 
 
 def _lost(best: Candidate, fit: JointFit | None) -> bool:
@@ -351,17 +349,20 @@ def _with(
     """A quick fit of what stands with one addend more, or two; None where it gives no motion, or takes so many steps
     that it is no start: of hysteresis that yields at next to nothing, which is dry friction.
 
-    The error that a sensor has in all trials is found with wide priors first, then each trial's own about it.
+    The error that a sensor has in all trials is found with wide priors first, then each trial's own about it; a drift
+    may be every trial's own.
     """
     with metered(looks * QUICK_LOOKS * one_look(best.fit)) as meter:
         try:
             fit = fit_joint(level, (*best.fit.addends, *more), best.fit.memory, known, best.fit.misfit, growing, True)
             addend = more[-1]
-            if addend.frees not in COMMON:
+            if not addend.frees or (level.trials == 1 and addend.frees not in COMMON):
                 return fit
-            mine = [value for name, value in fit.values.items() if name.startswith(f"{addend.frees}[")]
-            common = replace(addend, centre=float(np.mean(mine)))
-            return fit_joint(level, (*best.fit.addends, common), fit.memory, fit.values, fit.misfit, False, True)
+            mine = addend.freed([*fit.values])
+            alike = ([fit.values[n] for n in mine if mine[n] == d] for d in range(1, max(mine.values()) + 1))
+            addend = replace(addend, centres=tuple(float(np.mean(values)) for values in alike))
+            common = fit_joint(level, (*best.fit.addends, addend), fit.memory, fit.values, fit.misfit, False, True)
+            return common if addend.frees in COMMON else _nearer(fit, common)
         except IdentificationError:
             return None
         except BudgetError as out:

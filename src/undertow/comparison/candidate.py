@@ -16,10 +16,10 @@ from scipy.stats import f as f_distribution
 
 from undertow.comparison.clock import SIGNIFICANT, no_clock
 from undertow.comparison.deviations import learned_mean
-from undertow.comparison.joint import WIDER, JointFit
+from undertow.comparison.joint import JointFit
 from undertow.comparison.level import Addend, Level
 from undertow.comparison.score_test import GridPlace
-from undertow.comparison.suspect import Addition, Suspect
+from undertow.comparison.suspect import Addition, Suspect, widening
 from undertow.equation.kernel import SLOT
 from undertow.methods.decay import load_cell_stiffness
 from undertow.methods.dry import DEFAULT_SCATTER, PUBLISHED
@@ -386,9 +386,10 @@ def _gone_at_once(level: Level, fit: JointFit, addend: Addend) -> str:
 
 def _usual(level: Level, fit: JointFit, addend: Addend) -> str:
     """Whether a suspected sensor errs no more than sensors usually do, in words."""
-    mine = [u for u in fit.solution.problem.unknowns if u.name.startswith(f"{addend.frees}[")]
-    usual = mine[0].prior_std if math.isfinite(addend.centre) else mine[0].prior_std / WIDER
-    error = math.sqrt(float(np.mean([fit.value(u.name) ** 2 for u in mine])))
+    names = addend.freed(fit.solution.problem.names)
+    mine = [u for u in fit.solution.problem.unknowns if u.name in names]
+    usual = mine[0].prior_std if addend.centres else mine[0].prior_std / widening(addend.frees)
+    error = math.sqrt(addend.degree * float(np.mean([fit.value(name) ** 2 for name in names])))
     if error < UNUSUAL * usual:
         turns = addend.frees.endswith("_m") and level.members[0].model.specimen.rotation
         size = f"{error:.2g}{' rad' if turns else ''}"  # else the name says the unit

@@ -19,13 +19,13 @@ from undertow.comparison.deviations import SLOTS, of_the_means, structure_links,
 from undertow.comparison.evidence import criterion, tempered, trial_misfits
 from undertow.comparison.jumps import without_jumps
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
-from undertow.comparison.suspect import HOOK, Addition, Scales
+from undertow.comparison.suspect import DRIFT, HOOK, Addition, Scales, widening
 from undertow.conditioning.motion import Motion
 from undertow.conditioning.period import dominant_period
 from undertow.equation.kernel import SLOT
 from undertow.errors import IdentificationError
 from undertow.likelihood import output_error
-from undertow.likelihood.free_run import OwnUnknown, free_run
+from undertow.likelihood.free_run import STEADY, OwnDrift, OwnUnknown, free_run
 from undertow.likelihood.noise import BY_CHANCE, residual_memory
 from undertow.likelihood.output_error import Solution
 from undertow.likelihood.priors import CLOCK_RADIANS, DRIFT_SHARE, GAIN_STD, LATE_RELEASE_RADIANS
@@ -42,12 +42,13 @@ COARSE_FITS = 3
 SETTLED = 0.2
 """A trial's noise is found when its logarithm moves by less than this from fit to fit."""
 
+SLOWER = 0.5
+"""Degree, at most, of a sensor's drift in one of the body's cycles: half of that many times it turns back, a quarter as
+often as the body."""
+
 STEPS_A_PERIOD = 20.0
 """Numbers that a force of which nothing is known has in a period of the motion: two for each line up to ten times the
 body's rate, where the body shows a hundredth of it."""
-
-WIDER = 20.0
-"""How much wider than a sensor's prior its shift, gain or drift may be where the sensor is suspected."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +131,10 @@ def build(level: Level, addends: Sequence[Addend]) -> Problem:
                     links += _free_hidden(builder, addend, level.scales, motion.name)
             base, links = _moved(addends, member.label, member.model.trial_base(motion.name), links)
             seen = seen_by(addends, motion)
-            ends = replace(options, end_s=swinging_until(motion, member, seen), hooked=hooked)
+            ends = replace(
+                options, end_s=swinging_until(motion, member, seen), hooked=hooked,
+                drift_degree=_degree(addends, motion),
+            )  # fmt: skip
             builder.trial(seen, base, tuple(links), ends)
     return _freed(without_jumps(level, builder.build()), addends)
 
@@ -167,12 +171,11 @@ def _freed(problem: Problem, addends: Sequence[Addend]) -> Problem:
     """The same problem with the priors of suspected sensors widened, or about their common error."""
     unknowns = problem.unknowns
     for addend in (d for d in addends if d.frees):
-        name = f"{addend.frees}["
-        about = math.isfinite(addend.centre)
+        mine = addend.freed(problem.names)
         unknowns = tuple(
-            u if not u.name.startswith(name)
-            else replace(u, start=addend.centre) if about
-            else replace(u, prior_std=WIDER * u.prior_std)
+            u if u.name not in mine
+            else replace(u, start=addend.centres[mine[u.name] - 1]) if addend.centres
+            else replace(u, prior_std=widening(addend.frees) * u.prior_std)
             for u in unknowns
         )  # fmt: skip
     return replace(problem, unknowns=unknowns)
@@ -252,13 +255,27 @@ def its_own(fit: JointFit) -> dict[str, OwnUnknown]:
     return found
 
 
+def its_drift(fit: JointFit, motion: Motion) -> OwnDrift:
+    """How a displacement sensor that is suspected may drift in a trial of its own."""
+    if not any(addend.frees == DRIFT for addend in fit.addends):
+        return STEADY
+    return OwnDrift(widening(DRIFT) * DRIFT_SHARE * motion.amplitude, _degree(fit.addends, motion))
+
+
+def _degree(addends: Sequence[Addend], motion: Motion) -> int:
+    """Degree in time of a sensor's drift in one trial, no more than `SLOWER` in a cycle of the body."""
+    cycles = float(np.ptp(motion.windowed("t"))) / dominant_period(motion)
+    return max(1, min(max((addend.degree for addend in addends), default=1), int(SLOWER * cycles)))
+
+
 def _error(level: Level, member: Member, fit: JointFit, motion: Motion) -> float:
     """One trial's free-run error; infinite where what all trials share gives it no motion with bounds. What every trial
     has of its own (an outside force's size and phase) is adjusted to it, as its release is: as fitted beside a k of
     this trial's own it would not be that of the k that all share."""
     theta = shared_theta(level, member, fit, motion.name)
     try:
-        return free_run(seen_by(fit.addends, motion), theta, member.options.rest_offset_std, its_own(fit)).nrmse
+        seen, width = seen_by(fit.addends, motion), member.options.rest_offset_std
+        return free_run(seen, theta, width, its_own(fit), drift=its_drift(fit, motion)).nrmse
     except IdentificationError:
         return math.inf
 
@@ -338,8 +355,9 @@ def _width(problem: Problem, addends: Sequence[Addend], samples: float) -> float
     held = [u.name for u in problem.unknowns if "[" in u.name and "." in u.name and math.isfinite(u.prior_std)]
     cost = math.log(samples) * len(held)
     for addend in (d for d in addends if d.frees):
-        mine = sum(u.name.startswith(f"{addend.frees}[") for u in problem.unknowns)
-        cost += math.log(samples) if math.isfinite(addend.centre) else 2.0 * math.log(WIDER) * mine
+        mine = len(addend.freed(problem.names))
+        each = 2.0 * math.log(widening(addend.frees))
+        cost += addend.degree * math.log(samples) if addend.centres else each * mine
     hooks = sum(SLOT[HOOK] in t.slots for t in problem.trials)
     return cost + 2.0 * math.log(LATE_RELEASE_RADIANS / CLOCK_RADIANS) * hooks
 

@@ -62,15 +62,23 @@ class Member:
 class Addend:
     """A suspect's unknowns as added, with a prefix that tells two of a kind apart, or the nuisance that it frees.
 
-    A freed nuisance has a prior `WIDER` times as wide, or, with a finite ``centre``, its own width about that. With
-    ``late`` nothing is asked of so many first periods of a trial.
+    A freed nuisance has a prior so much wider (`widening`), or, with ``centres``, its own width about what all trials
+    have in common; a drift is a polynomial of time of that ``degree``, and has as many. With ``late`` nothing is asked
+    of so many first periods of a trial.
     """
 
     prefix: str
     additions: tuple[Addition, ...]
     frees: str = ""
-    centre: float = math.nan
+    centres: tuple[float, ...] = ()
     late: float = 0.0
+    degree: int = 1
+
+    def freed(self, names: Sequence[str]) -> dict[str, int]:
+        """Those of a fit's unknowns that it frees, with their degrees."""
+        degrees = {self.frees: 1, **{f"{self.frees}{degree}": degree for degree in range(2, self.degree + 1)}}
+        kinds = {name: name.partition("[")[0] for name in names if self.frees and "[" in name}
+        return {name: degrees[kind] for name, kind in kinds.items() if kind in degrees}
 
     @property
     def has_its_own_clock(self) -> bool:

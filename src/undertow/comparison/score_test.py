@@ -265,7 +265,7 @@ def _reduced(
                 theta[SLOT[slot]] += factor * TINY * a.scale if a.slot in SKIPPED_AT_ZERO else 0.0
                 links.append(Link(SLOT[slot], index, factor))
     late = values[trial.shift] if trial.shift >= 0 else 0.0
-    channels = tuple(replace(c, offset=-1, drift=-1, shift=-1, gain=-1) for c in trial.channels)
+    channels = tuple(replace(c, offset=-1, drift=(), shift=-1, gain=-1) for c in trial.channels)
     return replace(trial, t=trial.t + late, base=theta, links=tuple(links), channels=channels, shift=-1)
 
 

@@ -19,8 +19,25 @@ EACH_SPRING = "each spring's own"
 COMMON = frozenset({"acceleration_shift_s", "acceleration_gain"})
 """Errors that a sensor has in all trials alike."""
 
+DRIFT = "drift_m"
+"""A displacement sensor's error that grows within a trial."""
+
+WIDER = 20.0
+DRIFTS = 100.0
+"""How much wider than a sensor's prior its shift or gain may be where the sensor is suspected, and its drift: a third
+of the release."""
+
 HOOK = "let_go"
 """The integrator's slot for the time in which a hook lets go of the body."""
+
+
+def widening(frees: str) -> float:
+    """How much wider than what sensors usually err a nuisance may be where its sensor is suspected.
+
+    >>> widening("acceleration_gain"), widening("drift_m")
+    (20.0, 100.0)
+    """
+    return DRIFTS if frees == DRIFT else WIDER
 
 
 @dataclass(frozen=True)
@@ -104,13 +121,13 @@ class Suspect:
     goes with another's size (a small hysteresis yields at a small force): its fits begin at ``starts`` all the same;
     ``memory`` tells whether it remembers.
     ``frees`` names a nuisance of every trial (a sensor's clock, gain, drift) whose prior is widened instead: what it
-    says is in the instrument, and no free run of the displacement shows it. ``on_a_line`` says that a fit finds it from
-    a start within its line only (a clock). ``late`` asks nothing of so many first periods: what is wrong
-    with the release shows there and nowhere else.
+    says is in the instrument, and no free run of the displacement shows it unless it drifts. ``on_a_line`` says that a
+    fit finds it from a start within its line only (a clock). ``late`` asks nothing of so many first periods: what is
+    wrong with the release shows there and nowhere else.
 
     ``wider`` gives the same unknowns, and further ones, of wider forms of the law (a force that changes along the
     record) about what it has inside as fitted, each tried from where the one before it ended if that leaves more than
-    noise; nothing where there is no such form.
+    noise; nothing where there is no such form. A number is the degree of a sensor's drift in time.
 
     ``swings`` by itself, so that several may stand in one equation, and where it is damped strongly it cannot be told
     from what ``overdamped_as`` names; on the lower and on the upper bound of what it has inside it ``becomes`` a law
@@ -144,7 +161,7 @@ class Suspect:
     like: tuple[str, ...] = ()
     without_sliding: str = ""
     of_angles: bool = False
-    wider: tuple[Callable[[Scales, float], tuple[Addition, ...]], ...] = ()
+    wider: tuple[Callable[[Scales, float], tuple[Addition, ...]] | int, ...] = ()
     words: str = ""
     next_test: str = ""
 
@@ -193,7 +210,7 @@ class Suspect:
     @property
     def shown_by_free_run(self) -> bool:
         """Whether what it adds can bring a free run of the displacement closer (x0, v0 are adjusted anyway)."""
-        return not (self.frees or self.of_the_release)
+        return self.frees in ("", DRIFT) and not self.of_the_release
 
     def grid(self, scales: Scales) -> tuple[tuple[Addition, ...], ...]:
         """The additions at every place where a small effect is looked for."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
 from undertow.comparison.bad_release import BAD_RELEASES, nothing
-from undertow.comparison.suspect import EACH_SPRING, Addition, Origin, Scales, Scope, Suspect
+from undertow.comparison.suspect import DRIFT, EACH_SPRING, Addition, Origin, Scales, Scope, Suspect
 from undertow.equation.forcing import ENVELOPE, DelayedEcho, ExternalForcing
 from undertow.equation.hidden import HiddenResonator, Hysteresis, Relaxation
 from undertow.equation.hydrodynamics import (
@@ -341,7 +341,7 @@ SUSPECTS: tuple[Suspect, ...] = (
         next_test="a slow known displacement, and the accelerometer turned over in gravity",
     ),
     Suspect(
-        "sensor_drift", "instrument", nothing, frees="drift_m", words="a displacement sensor that drifts",
+        "sensor_drift", "instrument", nothing, frees=DRIFT, words="a displacement sensor that drifts", wider=(3, 6),
         next_test="a minute of record with the body at rest",
     ),
 )  # fmt: skip

@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 from undertow.comparison import attempt, explained
-from undertow.comparison.attempt import REFINED, beyond_starts, from_places, from_starts, own_rates
+from undertow.comparison.attempt import REFINED, from_places, from_starts
 from undertow.comparison.candidate import RIVAL_ODDS, Candidate, Screened
 from undertow.comparison.joining import log_prior, may_join
 from undertow.comparison.joint import free_run_error, missed_share
@@ -40,6 +40,9 @@ ODDS = math.log(RIVAL_ODDS)
 LEAST_GAIN = 5.0
 """A linear step that raises the log evidence by less cannot lead to a name: half of what one needs. What a missing law
 leaves swings for long; judged at half its memory (`_at_own_memory`) the step is worth more."""
+
+OUT_OF_REACH = 1.2
+"""A fit finds a line from a start within this ratio of its frequency."""
 
 ON_TOP = 0.25
 """Share of a level's budget that suspects without evidence of their own may spend beside an answer."""
@@ -154,7 +157,7 @@ class Trying:
                 self._screen_out(suspect, prior, ahead[0].gain if ahead else 0.0)
             return None
         if suspect.look is not None:
-            return from_starts(self.level, self.best, suspect, prior, self.best.fit.criterion)
+            return from_starts(self.level, self.best, suspect, prior, self.best.fit.criterion, looked=ahead)
         return from_places(self.level, self.best, suspect, ahead, prior)
 
     def _large(self, suspect: Suspect, prior: float) -> Candidate | None:
@@ -164,7 +167,9 @@ class Trying:
         if not suspect.on_a_line:
             most = self.best.fit.criterion if suspect.has_no_zero else math.inf
             seen = self._peaks(suspect)[:1] if suspect.swings and not self.best.suspects else ()
-            return from_starts(self.level, self.best, suspect, prior, most, beyond_starts(self.level, suspect, seen))
+            further = beyond_starts(self.level, suspect, seen)
+            looked = self._peaks(suspect)[:REFINED] if suspect.look is not None else ()
+            return from_starts(self.level, self.best, suspect, prior, most, further, looked)
         ahead = self._peaks(suspect)[: REFINED + 1]
         further = () if self.best.suspects else own_rates(self.level)
         return from_places(self.level, self.best, suspect, ahead, prior, further) if ahead else None
@@ -191,3 +196,16 @@ class Trying:
         """Whether a suspect is tried beside what is there: one that often is, or that alone had evidence for it."""
         alone = (c.score - self.null.score for c in self.found if c.names == (suspect.name,))
         return suspect.often_beside or max(alone, default=0.0) > EVIDENCE_ALONE
+
+
+def beyond_starts(level: Level, suspect: Suspect, seen: Sequence[GridPlace]) -> tuple[float, ...]:
+    """Frequencies of places of a suspect's grid to which no fit from its starts would come."""
+    starts = suspect.starts(level.scales)
+    found = (a.start for place in seen for a in place.additions if a.unit == "rad/s")
+    return tuple(w for w in found if not starts[0] / OUT_OF_REACH <= w <= starts[-1] * OUT_OF_REACH)
+
+
+def own_rates(level: Level) -> tuple[float, ...]:
+    """The body's rates on its springs, the slowest and the fastest, one where they are alike."""
+    slow, fast = level.scales.slowest, level.scales.fastest
+    return (slow, fast) if fast > slow * OUT_OF_REACH else (fast,)

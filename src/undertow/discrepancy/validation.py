@@ -14,7 +14,7 @@ import numpy as np
 
 from undertow.comparison.clock import parts_of
 from undertow.comparison.deviations import learned_mean, unit_of
-from undertow.comparison.joint import JointFit, its_own, shared_theta
+from undertow.comparison.joint import JointFit, its_drift, its_own, shared_theta
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
 from undertow.comparison.suspect import HOOK
 from undertow.conditioning.motion import Motion
@@ -52,7 +52,7 @@ def shared_run(level: Level, member: Member, fit: JointFit, motion: Motion, rest
     """
     try:
         theta = shared_theta(level, member, fit, motion.name, learned=True)
-        return free_run(seen_by(fit.addends, motion), theta, rest_std, its_own(fit))
+        return free_run(seen_by(fit.addends, motion), theta, rest_std, its_own(fit), drift=its_drift(fit, motion))
     except IdentificationError:
         return None
 

@@ -68,27 +68,28 @@ def in_cells(
 
 
 @compiled(
-    "void(f8[:,::1], f8[::1], f8[::1], f8[::1], i8[:,::1], f8[::1], i8[::1], f8[::1], f8, f8[::1], f8[:,::1])",
+    "void(f8[:,::1], f8[::1], f8[::1], f8[:,::1], i8[:,::1], f8[::1], i8[::1], f8[::1], f8, f8[::1], f8[:,::1])",
     **OPTIONS,
 )
 def weigh(
-    levels: Array, rates: Array, data: Array, line: Array, links: Places, factors: Array, columns: Places,
+    levels: Array, rates: Array, data: Array, slow: Array, links: Places, factors: Array, columns: Places,
     nuisances: Array, weight: float, r: Array, jac: Array,
 ) -> None:
     """Fill the residual ``r`` (n,) of one channel and its rows ``jac`` (n, unknowns).
 
-    ``links`` (l, 4) end with the columns of the motion and of the Jacobian, with ``factors`` (l,); ``columns`` (5,) are
-    those of the trial's clock, the channel's clock, offset, drift and gain (-1: none), ``nuisances`` (3,) the values of
-    the last three. ``line`` (n,) is what a drift of one is; data that are not a number say nothing.
+    ``links`` (l, 4) end with the columns of the motion and of the Jacobian, with ``factors`` (l,); ``columns`` (4 + d,)
+    are those of the trial's clock, the channel's clock, offset and gain (-1: none) and its d degrees of drift,
+    ``nuisances`` (2 + d,) the values of all but the clocks. ``slow`` (n, d or more) is what a drift of one is; data
+    that are not a number say nothing.
     """
-    offset, drift, gain = nuisances[0], nuisances[1], 1.0 + nuisances[2]
+    offset, gain = nuisances[0], 1.0 + nuisances[1]
     for row in range(r.size):
         for c in range(jac.shape[1]):
             jac[row, c] = 0.0
         if math.isnan(data[row]):
             r[row] = 0.0
             continue
-        r[row] = (gain * levels[row, 0] + offset + drift * line[row] - data[row]) * weight
+        level = gain * levels[row, 0] + offset - data[row]
         for i in range(factors.size):
             jac[row, links[i, 3]] += factors[i] * gain * weight * levels[row, links[i, 2]]
         for i in range(2):
@@ -97,6 +98,8 @@ def weigh(
         if columns[2] >= 0:
             jac[row, columns[2]] += weight
         if columns[3] >= 0:
-            jac[row, columns[3]] += weight * line[row]
-        if columns[4] >= 0:
-            jac[row, columns[4]] += weight * levels[row, 0]
+            jac[row, columns[3]] += weight * levels[row, 0]
+        for i in range(columns.size - 4):
+            level += nuisances[2 + i] * slow[row, i]
+            jac[row, columns[4 + i]] += weight * slow[row, i]
+        r[row] = level * weight

@@ -50,7 +50,9 @@ def is_plain(problem: Problem) -> bool:
     for trial in problem.trials:
         if trial.drive is not None or trial.base[_OTHERS].any() or not all(link.slot in _PLACE for link in trial.links):
             return False
-        if trial.t.size < 3 or trial.laws or any(c.quantity not in QUANTITIES for c in trial.channels):
+        if trial.t.size < 3 or trial.laws:
+            return False
+        if any(c.quantity not in QUANTITIES or len(c.drift) > 1 for c in trial.channels):
             return False
     return True
 
@@ -110,7 +112,8 @@ def _sheet(problem: Problem) -> tuple[tuple[Any, ...], np.ndarray, tuple[np.ndar
         links += [(_PLACE[link.slot], link.unknown) for link in trial.links]
         factors += [link.factor for link in trial.links]
         for c in trial.channels:
-            channels.append((QUANTITIES[c.quantity], c.offset, c.drift, c.shift, c.gain, value))
+            drift = c.drift[0] if c.drift else -1
+            channels.append((QUANTITIES[c.quantity], c.offset, drift, c.shift, c.gain, value))
             sigmas.append(c.sigma)
             data.append(c.data)
             value += n

@@ -60,6 +60,17 @@ class OwnUnknown(NamedTuple):
     upper: float = math.inf
 
 
+class OwnDrift(NamedTuple):
+    """Width of the prior (m) and degree in time of the drift of one trial's displacement sensor."""
+
+    std: float = 0.0
+    degree: int = 1
+
+
+STEADY = OwnDrift()
+"""A sensor that does not drift."""
+
+
 @dataclass(frozen=True)
 class FreeRun:
     """One trial against one parameter vector.
@@ -94,12 +105,14 @@ def free_run(
     rest_offset_std: float,
     own: Mapping[str, OwnUnknown] | None = None,
     laws: tuple[PlacedTerm, ...] = (),
+    drift: OwnDrift = STEADY,
 ) -> FreeRun:
     """The free run of ``theta`` (its x0, v0 are ignored) with x0, clock and rest fitted to this trial.
 
     ``rest_offset_std`` is the prior of the rest position in the sensor's scale (mu N / k, or its own error); ``own``
     are unknowns that are this trial's own as its release is, beside what ``theta`` has of them: an outside force's size
-    and phase; ``laws`` all forces where the compiled integrator lacks one.
+    and phase; ``laws`` all forces where the compiled integrator lacks one; ``drift`` is what a displacement sensor is
+    suspected of, adjusted to the trial and taken from what was measured.
     """
     quantity = scored_channel(motion)
     builder = ProblemBuilder()
@@ -116,7 +129,7 @@ def free_run(
             start, base[place], hooked = base[place] or unknown.typical, 0.0, True
         index = builder.unknown(name, start, scale=unknown.scale, lower=unknown.lower, upper=unknown.upper)
         mine += [Link(SLOT[slot], index, factor) for slot, factor in unknown.slots]
-    options = TrialOptions(channels=(quantity,), rest_offset_std=rest_offset_std, hooked=hooked)
+    options = TrialOptions((quantity,), rest_offset_std, drift_std=drift.std, drift_degree=drift.degree, hooked=hooked)
     builder.trial(motion, base, tuple(mine), options, laws)
     problem = builder.build()
     solution = output_error.fit(problem, _bounded_start(problem), growing=False)
@@ -150,6 +163,8 @@ def _at_samples(motion: Motion, problem: Problem, values: Array, quantity: str) 
     offset = trial.channels[0].offset
     rest = float(values[offset]) if offset >= 0 else 0.0
     measured = motion.recorded(quantity)[motion.inside] - rest
+    drift = trial.channels[0].drift
+    measured = measured - trial.drifting(t, len(drift)) @ values[list(drift)]
     theta = parameter_vector(trial, values)
     shift = float(values[trial.shift]) if trial.shift >= 0 else 0.0
     x, v, a = motion_of(trial, theta, np.maximum(t + shift, 0.0))

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
 
 from undertow.conditioning.motion import Motion, once_a_motion
 from undertow.conditioning.period import dominant_period
@@ -60,16 +61,16 @@ class Link:
 class Channel:
     """One recorded quantity of a trial in cells: ``values`` (n,) in SI with noise ``sigma``.
 
-    Indices into the unknowns (-1: none): ``offset``, ``drift`` (value at the end of a straight line through zero at
-    the window's middle), ``shift`` (s, on top of the trial's own), ``gain`` (relative). ``unsure`` marks cells that say
-    nothing, (n,); None: every cell counts.
+    Indices into the unknowns (-1: none): ``offset``, ``drift`` (of every shape of `TrialProblem.slow` that it has),
+    ``shift`` (s, on top of the trial's own), ``gain`` (relative). ``unsure`` marks cells that say nothing, (n,); None:
+    every cell counts.
     """
 
     quantity: str
     values: Array
     sigma: float
     offset: int = -1
-    drift: int = -1
+    drift: tuple[int, ...] = ()
     shift: int = -1
     gain: int = -1
     unsure: np.ndarray | None = None
@@ -117,7 +118,7 @@ class TrialProblem:
         """Indices (k,) of the unknowns that the trial's residuals depend on, rising."""
         wanted = {self.shift, *(link.unknown for link in self.links)}
         for c in self.channels:
-            wanted |= {c.offset, c.drift, c.shift, c.gain}
+            wanted |= {c.offset, *c.drift, c.shift, c.gain}
         return np.array(sorted(wanted - {-1}), dtype=np.int64)
 
     @cached_property
@@ -130,9 +131,10 @@ class TrialProblem:
 
     @cached_property
     def nuisance_columns(self) -> tuple[np.ndarray, ...]:
-        """Of every channel, the Jacobian's columns of the trial's clock, its own, offset, drift and gain (-1: none)."""
+        """Of every channel, the Jacobian's columns of the trial's clock, its own, offset and gain (-1: none), and those
+        of its drift."""
         column = {-1: -1, **{unknown: c for c, unknown in enumerate(self.used.tolist())}}
-        wanted = [(self.shift, c.shift, c.offset, c.drift, c.gain) for c in self.channels]
+        wanted = [(self.shift, c.shift, c.offset, c.gain, *c.drift) for c in self.channels]
         return tuple(np.array([column[j] for j in one], dtype=np.int64) for one in wanted)
 
     @cached_property
@@ -154,10 +156,17 @@ class TrialProblem:
         return np.column_stack([self.t - half, self.t + half]).ravel(), 2
 
     @cached_property
-    def line(self) -> Array:
-        """What a drift of one is at each cell, (n,): a straight line through zero at the window's middle."""
-        straight: Array = (self.t - self.t[0]) / (self.t[-1] - self.t[0]) - 0.5
-        return straight
+    def slow(self) -> Array:
+        """What a drift of one is at each cell, (n, degrees)."""
+        return self.drifting(self.t, max((len(c.drift) for c in self.channels), default=0))
+
+    def drifting(self, t: Array, degree: int) -> Array:
+        """What a drift of one is at instants t (n,), (n, degree): a straight line through zero at the window's middle,
+        then Legendre's polynomials, the odd ones without that line: what the first one says is how far it went."""
+        along = 2.0 * (t - self.t[0]) / (self.t[-1] - self.t[0]) - 1.0
+        found: Array = 0.5 * legvander(along, degree)[:, 1:]
+        found[:, 2::2] -= found[:, :1]
+        return np.ascontiguousarray(found)
 
 
 @dataclass(frozen=True)
@@ -189,7 +198,8 @@ class TrialOptions:
     """Which nuisances a trial brings along, with the widths of their priors (priors.py); 0 leaves one out.
 
     ``rest_offset_std`` is the prior of the equilibrium in SI (mu N / k; its own error is added; nan: `REST_SHARE` of
-    the trial's largest displacement), ``drift_std`` the displacement's drift in SI. ``spring_force`` among the
+    the trial's largest displacement), ``drift_std`` the displacement's drift in SI, a polynomial of time of
+    ``drift_degree``. ``spring_force`` among the
     ``channels`` takes the load cells in, with a gain and a clock of their own that all trials share: a load cell late
     by tau looks like k tau more damping, but for the release's edge, so that its clock needs its prior. ``hooked`` says
     that the hook may have let go slowly: such a release is seen late.
@@ -200,6 +210,7 @@ class TrialOptions:
     displacement_gain_std: float = 0.0
     acceleration_gain_std: float = 0.0
     drift_std: float = 0.0
+    drift_degree: int = 1
     end_s: float = math.inf
     hooked: bool = False
 
@@ -336,7 +347,7 @@ class ProblemBuilder:
         name = motion.name
         values = motion.recorded(quantity)[index].mean(axis=1)
         sigma = motion.noise[quantity] / math.sqrt(m)
-        drift = gain = shift = -1
+        gain = shift = -1
         if quantity == "displacement":
             width = math.hypot(_rest_width(motion, options), motion.equilibrium.total_stderr)
             offset = self.unknown(
@@ -344,8 +355,8 @@ class ProblemBuilder:
             )
             if options.displacement_gain_std > 0.0:
                 gain = self._small(f"displacement_gain[{name}]", options.displacement_gain_std)
-            if options.drift_std > 0.0:
-                drift = self._small(f"drift_m[{name}]", options.drift_std)
+            degrees = ["", *range(2, options.drift_degree + 1)] if options.drift_std > 0.0 else []
+            drift = tuple(self._small(f"drift_m{degree}[{name}]", options.drift_std) for degree in degrees)
             return Channel(quantity, values, sigma, offset, drift, shift, gain)
         spread = float(np.ptp(values)) or 1.0
         offset = self.unknown(f"{quantity}_offset[{name}]", 0.0, prior_std=spread, scale=1e-2 * spread)
@@ -356,7 +367,7 @@ class ProblemBuilder:
             shift = self._small(f"acceleration_shift_s[{name}]", clock_std(period))
             if options.acceleration_gain_std > 0.0:
                 gain = self._small(f"acceleration_gain[{name}]", options.acceleration_gain_std)
-        return Channel(quantity, values, sigma, offset, drift, shift, gain)
+        return Channel(quantity, values, sigma, offset, (), shift, gain)
 
     def _small(self, name: str, std: float) -> int:
         return self.unknown(name, 0.0, prior_std=std, scale=std)

@@ -115,10 +115,11 @@ def _one_channel(
 ) -> None:
     """Weighted residual (n,) of one channel and its rows (n, p) of the Jacobian, filled in."""
     channel = trial.channels[number]
-    nuisances = np.array([values[j] if j >= 0 else 0.0 for j in (channel.offset, channel.drift, channel.gain)])
+    wanted = (channel.offset, channel.gain, *channel.drift)
+    nuisances = np.array([values[j] if j >= 0 else 0.0 for j in wanted])
     rows, factors = trial.linked
     levels, rates = (np.ascontiguousarray(one) for one in seen)
     weigh(
-        levels, rates, channel.data, trial.line, rows, factors, trial.nuisance_columns[number], nuisances,
+        levels, rates, channel.data, trial.slow, rows, factors, trial.nuisance_columns[number], nuisances,
         1.0 / channel.sigma, r, jac,
     )  # fmt: skip

@@ -18,7 +18,7 @@ import numpy as np
 from undertow.campaign.config import GroupKey, RunConfig
 from undertow.campaign.run.analysis import GroupTask, floors_of, rest_prior
 from undertow.comparison.level import Addend
-from undertow.comparison.suspect import Addition
+from undertow.comparison.suspect import DRIFT, Addition
 from undertow.discrepancy.judge import Judged
 from undertow.equation.algebra import RUBBING, SLOT
 from undertow.errors import FAILURES
@@ -45,7 +45,7 @@ class WetRig:
 
 def standing_addends(dry: Sequence[Judged]) -> tuple[Addend, ...]:
     """What dry groups need, each spring's numbers with their errors, as it stands in every wet model; how a hook let go
-    in air is no matter of the rig."""
+    in air is no matter of the rig, and a sensor's drift is each trial's own, of twice the degree for a longer decay."""
     found: dict[str, dict[str, list[tuple[str, float, float]]]] = {}
     kinds: dict[str, Addend] = {}
     for judged in dry:
@@ -61,7 +61,7 @@ def standing_addends(dry: Sequence[Judged]) -> tuple[Addend, ...]:
     out = []
     for prefix, addend in kinds.items():
         if addend.frees:
-            out.append(addend)
+            out.append(replace(addend, centres=(), degree=2 * addend.degree) if addend.frees == DRIFT else addend)
         elif prefix in found:
             additions = [_standing(a, found[prefix][a.name]) for a in addend.additions if a.name in found[prefix]]
             out.append(Addend(prefix, tuple(additions)))

@@ -13,11 +13,13 @@ import pytest
 from tests.concealed.test_diagnosis import SPECIMEN, SPRINGS
 from tests.concealed.test_hook import PERIOD, level_of, recording
 from undertow.campaign.run.rig import standing_addends
+from undertow.comparison import attempt, trying
 from undertow.comparison.attempt import from_starts
-from undertow.comparison.candidate import Candidate
-from undertow.comparison.joint import SLOWER, build, fit_joint, fit_standing, free_run_error, its_drift
-from undertow.comparison.level import Addend, Level
-from undertow.comparison.score_test import Stands, peaks, places
+from undertow.comparison.candidate import Candidate, doubt
+from undertow.comparison.evidence import criterion
+from undertow.comparison.joint import SLOWER, at_memory, build, fit_joint, fit_standing, free_run_error, its_drift
+from undertow.comparison.level import Addend, Level, make_level
+from undertow.comparison.score_test import GridPlace, Stands, peaks, places
 from undertow.comparison.search import diagnose
 from undertow.comparison.suspect import DRIFT, DRIFTS
 from undertow.comparison.suspects import SUSPECTS, chosen
@@ -178,3 +180,80 @@ def test_a_level_fits_the_same_with_a_drift_of_the_first_degree_as_before():
     fit = fit_joint(level, (Addend("sensor_drift", (), frees=DRIFT),), null.memory, null.values, null.misfit, False)
     assert fit.misfit < null.misfit
     assert [n for n in fit.values if n.startswith(DRIFT)] == [n for n in null.values if n.startswith(DRIFT)]
+
+
+def test_what_all_trials_have_in_common_costs_a_number_for_each_degree_and_their_own_one_each():
+    level = drifting(SHAPES["a ramp that ends"])
+    null = fit_standing(level)
+    for centres, wanted in (((1e-3, 2e-4, 1e-4), "alike"), ((), "own")):
+        addend = Addend("sensor_drift", (), frees=DRIFT, degree=3, centres=centres)
+        fit = at_memory(fit_joint(level, (addend,), 5.0, null.values, 2.0, False), 5.0)
+        cost = fit.criterion - criterion(fit.solution, fit.misfits, 5.0)
+        each = {"alike": 3 * math.log(fit.solution.n_data / 5.0), "own": 9 * 2.0 * math.log(DRIFTS)}[wanted]
+        assert cost == pytest.approx(each)
+
+
+def test_a_gain_is_one_in_all_trials_and_a_drift_may_be_each_trials_own():
+    found = []
+    for i, (x0, gain) in enumerate(zip(RELEASES, (1.2, 0.85, 1.1), strict=True)):
+        one = recording(x0, 40 + i, 0.0, slots=FREE)
+        a = gain * one.channels["acceleration"]
+        found.append(replace(one, channels={**one.channels, "acceleration": a}))
+    level = level_of(found, RUBBING)
+    (suspect,) = (s for s in SUSPECTS if s.name == "gain_error")
+    candidate = from_starts(level, Candidate((), fit_standing(level), 0.0), suspect, 0.0)
+    assert len(candidate.fit.addends[-1].centres) == 1
+    one = drifting(SHAPES["a ramp that ends"])
+    alone = make_level([replace(one.members[0], motions=one.members[0].motions[:1])])
+    (suspect,) = (s for s in SUSPECTS if s.name == "sensor_drift")
+    candidate = from_starts(alone, Candidate((), fit_standing(alone), 0.0), suspect, 0.0)
+    assert candidate.fit.addends[-1].centres == ()
+
+
+def test_where_a_small_hysteresis_looks_best_a_fit_begins(monkeypatch):
+    (suspect,) = (s for s in SUSPECTS if s.name == "hysteresis")
+    level = drifting(SHAPES["a ramp that ends"], (0.0,) * 3)
+    null = Candidate((), fit_standing(level), 0.0)
+    (stiffness,) = suspect.look(level.scales, 0.007)
+    place = GridPlace("hysteresis", (replace(stiffness, start=450.0),), 9.0)
+    begins = []
+    monkeypatch.setattr(attempt, "_with", lambda *given, **_: begins.append(given[2][0].additions))
+    assert from_starts(level, null, replace(suspect, starts=lambda s: ()), 0.0, looked=[place]) is None
+    ((first, force),) = begins
+    assert (first.start, force.start) == pytest.approx((450.0, 450.0 * 0.007))
+    assert first.name == "stiffness_N_per_m"
+
+
+@pytest.mark.parametrize("far", [1e9, 0.0], ids=["where little is missing", "where much is missing"])
+def test_a_search_begins_a_hysteresis_there_too(monkeypatch, far):
+    laws = {"kb": 1500.0, "fb": 1500.0 * 0.01} | FREE
+    level = level_of([recording(x0, 40 + i, 0.0, slots=laws) for i, x0 in enumerate(RELEASES)], RUBBING)
+    offered = []
+    monkeypatch.setattr(trying, "FINE", far)
+    monkeypatch.setattr(trying, "WORTH", far)
+    monkeypatch.setattr(trying, "from_starts", lambda *given, looked=(): offered.append((*given, looked)[-2:]))
+    diagnose(level, chosen(("hysteresis",)))
+    (_, looked), *_ = offered
+    looked = looked or offered[0][0]
+    assert [type(place) for place in looked] == [GridPlace] * len(looked)
+    assert len(looked) >= 1
+
+
+def test_of_sensors_a_free_run_shows_a_drift_alone():
+    shown = {s.name: s.shown_by_free_run for s in SUSPECTS if s.origin == "instrument"}
+    assert shown == {"time_shift": False, "gain_error": False, "sensor_drift": True}
+
+
+def test_all_degrees_count_in_how_much_a_sensor_errs():
+    level = drifting(SHAPES["a ramp that ends"])
+    addend = Addend("sensor_drift", (), frees=DRIFT, degree=4)
+    null = fit_standing(level)
+    fit = fit_joint(level, (addend,), null.memory, null.values, null.misfit, False)
+    usual = DRIFT_SHARE * RELEASES[-1]
+    for line, rest, words in ((2.7, 1.5, ""), (1.0, 0.8, "no more than 3 times what sensors usually err")):
+        values = fit.solution.values.copy()
+        for name, degree in addend.freed(fit.solution.problem.names).items():
+            values[fit.solution.problem.names.index(name)] = usual * (line if degree == 1 else rest)
+        said = doubt(level, replace(fit, solution=replace(fit.solution, values=values)))
+        assert words in said
+        assert bool(said) == bool(words)

@@ -31,12 +31,22 @@ def trial_misfits(solution: Solution, misfits: Mapping[str, float], memory: floa
     }
 
 
+def of_an_effect(name: str) -> bool:
+    """Whether an unknown is a trial's own number of something that was added, whatever the trial is called.
+
+    >>> of_an_effect("external_forcing.cosine_N[pull 0.02]"), of_an_effect("x0_m[pull 0.02]")
+    (True, False)
+    """
+    what, of_a_trial, _ = name.partition("[")
+    return bool(of_a_trial) and "." in what
+
+
 def criterion(solution: Solution, misfits: Mapping[str, float], memory: float) -> float:
     """Sum over trials of n_eff ln(misfit), prior terms, and ln(n_eff) for every unknown without a prior."""
     samples = max(solution.n_data / memory, 2.0)
     unknowns = solution.problem.unknowns
     shared = sum(math.isinf(u.prior_std) and "[" not in u.name for u in unknowns)
-    of_trials = sum(math.isinf(u.prior_std) and "[" in u.name and "." in u.name for u in unknowns)
+    of_trials = sum(math.isinf(u.prior_std) and of_an_effect(u.name) for u in unknowns)
     data = sum(
         r.size / memory * math.log(misfits[t.name])
         for t, r in zip(solution.problem.trials, solution.residuals, strict=True)

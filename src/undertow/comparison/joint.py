@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from undertow.comparison.deviations import SLOTS, of_the_means, structure_links, unit_of
-from undertow.comparison.evidence import criterion, tempered, trial_misfits
+from undertow.comparison.evidence import criterion, of_an_effect, tempered, trial_misfits
 from undertow.comparison.jumps import without_jumps
 from undertow.comparison.level import Addend, Level, Member, full_name, seen_by
 from undertow.comparison.suspect import DRIFT, HOOK, Addition, Scales, widening
@@ -352,7 +352,7 @@ def _width(problem: Problem, addends: Sequence[Addend], samples: float) -> float
     """What a suspected sensor costs: 2 ln of how much wider for every prior, ln(n_eff) for a common error; and each
     trial's own number of an addition, ln(n_eff), where its prior only keeps it from trading places with what all share.
     """
-    held = [u.name for u in problem.unknowns if "[" in u.name and "." in u.name and math.isfinite(u.prior_std)]
+    held = [u.name for u in problem.unknowns if of_an_effect(u.name) and math.isfinite(u.prior_std)]
     cost = math.log(samples) * len(held)
     for addend in (d for d in addends if d.frees):
         mine = len(addend.freed(problem.names))

@@ -854,6 +854,13 @@ def test_nothing_is_said_to_be_water_in_air(dry, words):
     assert f"{words} oscillates by itself explains it." in said
 
 
+def test_what_a_sensor_drifts_is_said_to_be_taken_out_of_an_unseen_trial():
+    unseen = case(baseline=Described(0.04, 0.03), held=[SimpleNamespace(name="d")])
+    said = sentence_of(unseen, ["sensor_drift"], [], {}, 0.01, 0.012, False, ())
+    assert "On 1 trial it never saw, with that trial's own drift of the sensor taken out, the error goes from" in said
+    assert "taken out" not in sentence_of(unseen, ["gain_error"], [], {}, 0.01, 0.012, False, ())
+
+
 @pytest.mark.parametrize(("size", "words"), [(5.0, "explains it: 5 ± 3 N/m."), (3.3, "explains it.")])
 def test_a_number_hardly_above_its_own_error_is_not_said(size, words):
     numbers = {"relaxation": [{"stiffness_N_per_m": Estimate(size, 3.0, unit="N/m")}]}

@@ -389,6 +389,9 @@ def test_a_release_that_was_not_held_says_that_its_speed_was_adjusted():
     assert "x0, the release speed, the clock" in adjusted_words(replace(group, trials=(pushed,)))
     driven = replace(group, verdict=replace(group.verdict, verdict=("external_forcing",)))
     assert "outside force's own size and phase" in adjusted_words(driven)
+    assert "drift" not in adjusted_words(driven)
+    drifting = replace(group, verdict=replace(group.verdict, verdict=("sensor_drift", "unknown")))
+    assert "the sensor's own drift, which is taken out" in adjusted_words(drifting)
 
 
 def test_a_group_that_what_is_named_does_not_help_says_so_with_the_group_that_needs_it():

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from undertow.comparison.suspect import DRIFT
 from undertow.comparison.suspects import SUSPECTS
 from undertow.discrepancy.words import spelled
 from undertow.equation.registry import row
@@ -81,6 +82,15 @@ def causes_words(names: Iterable[str]) -> str:
     laws = [law for law in map(row, dict.fromkeys(names)) if law is not None and law.causes]
     said = [f"{law.causes} ({spelled(law.name)})" if len(laws) > 1 else law.causes for law in laws]
     return f" {DESCRIBE[len(said) > 1]} {' and '.join(said)} alike." if said else ""
+
+
+def drifts(names: Iterable[str]) -> bool:
+    """Whether a displacement sensor that drifts is among what is named: free runs are then measured without its drift.
+
+    >>> drifts(["linear_damping", "sensor_drift"]), drifts(["gain_error"])
+    (True, False)
+    """
+    return not {s.name for s in SUSPECTS if s.frees == DRIFT}.isdisjoint(names)
 
 
 def deciding_test(names: Sequence[str], rivals: Iterable[Sequence[str]]) -> str:

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from undertow.comparison.clock import changes
 from undertow.comparison.level import Addend
 from undertow.discrepancy.case import Case
-from undertow.discrepancy.naming import DESCRIBE, causes_words, in_words
+from undertow.discrepancy.naming import DESCRIBE, causes_words, drifts, in_words
 from undertow.discrepancy.words import either, least_sets, percent, quantity_of, spelled
 from undertow.equation import registry
 from undertow.quantities import Estimate
@@ -70,6 +70,7 @@ def sentence_of(
     if math.isfinite(held) and math.isfinite(case.baseline.held_out_nrmse):
         number = len(case.held)
         fitted = ", with only that trial's size and phase of the force fitted," if own else ""
+        fitted += ", with that trial's own drift of the sensor taken out," if drifts(names) else ""
         parts.append(
             f"On {number} trial{'s' if number > 1 else ''} it never saw{fitted} the error goes from "
             f"{percent(case.baseline.held_out_nrmse)} to {percent(held)}"

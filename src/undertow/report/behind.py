@@ -13,6 +13,7 @@ from typing import Any
 from undertow.discrepancy.calibration import LEANS, NEARLY
 from undertow.discrepancy.decision import NAMED
 from undertow.discrepancy.findings import GroupFindings
+from undertow.discrepancy.naming import drifts
 from undertow.discrepancy.repaired import named_laws, repaired_equation, repaired_errors
 from undertow.discrepancy.verdict import Gate, Verdict
 from undertow.discrepancy.words import percent, spelled
@@ -199,4 +200,6 @@ def adjusted_words(group: GroupFindings) -> str:
     named = [registry.row(name) for name in group.verdict.verdict]
     if any(law is not None and law.own_clock for law in named):
         text += ", and with what was found the outside force's own size and phase"
+    if drifts(group.verdict.verdict):
+        text += ", and with what was found the sensor's own drift, which is taken out of what it measured"
     return text

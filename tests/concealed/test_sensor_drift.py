@@ -193,6 +193,17 @@ def test_what_all_trials_have_in_common_costs_a_number_for_each_degree_and_their
         assert cost == pytest.approx(each)
 
 
+def test_degrees_that_a_short_decay_has_no_cycles_for_cost_nothing():
+    level = drifting(SHAPES["a ramp that ends"])
+    null = fit_standing(level)
+    addend = Addend("sensor_drift", (), frees=DRIFT, degree=6, centres=(1e-3, 2e-4, 1e-4, 1e-5, 1e-5))
+    fit = at_memory(fit_joint(level, (addend,), 5.0, null.values, 2.0, False), 5.0)
+    assert max(addend.freed(fit.solution.problem.names).values()) == 5
+    assert fit.criterion - criterion(fit.solution, fit.misfits, 5.0) == pytest.approx(
+        5 * math.log(fit.solution.n_data / 5.0)
+    )
+
+
 def test_a_gain_is_one_in_all_trials_and_a_drift_may_be_each_trials_own():
     found = []
     for i, (x0, gain) in enumerate(zip(RELEASES, (1.2, 0.85, 1.1), strict=True)):

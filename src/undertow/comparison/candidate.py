@@ -389,7 +389,8 @@ def _usual(level: Level, fit: JointFit, addend: Addend) -> str:
     names = addend.freed(fit.solution.problem.names)
     mine = [u for u in fit.solution.problem.unknowns if u.name in names]
     usual = mine[0].prior_std if addend.centres else mine[0].prior_std / widening(addend.frees)
-    error = math.sqrt(addend.degree * float(np.mean([fit.value(name) ** 2 for name in names])))
+    trials = sum(degree == 1 for degree in names.values())  # a short one may have fewer degrees
+    error = math.sqrt(sum(fit.value(name) ** 2 for name in names) / trials)
     if error < UNUSUAL * usual:
         turns = addend.frees.endswith("_m") and level.members[0].model.specimen.rotation
         size = f"{error:.2g}{' rad' if turns else ''}"  # else the name says the unit

@@ -357,7 +357,7 @@ def _width(problem: Problem, addends: Sequence[Addend], samples: float) -> float
     for addend in (d for d in addends if d.frees):
         mine = len(addend.freed(problem.names))
         each = 2.0 * math.log(widening(addend.frees))
-        cost += addend.degree * math.log(samples) if addend.centres else each * mine
+        cost += len(addend.centres) * math.log(samples) if addend.centres else each * mine
     hooks = sum(SLOT[HOOK] in t.slots for t in problem.trials)
     return cost + 2.0 * math.log(LATE_RELEASE_RADIANS / CLOCK_RADIANS) * hooks
 

@@ -15,6 +15,7 @@ from tests.concealed.test_diagnosis import SHORT, member
 from tests.concealed.test_small_effects import found, stands
 from undertow.comparison import detectable as detectable_module
 from undertow.comparison import null_test as null_module
+from undertow.comparison import replicas as replicas_module
 from undertow.comparison.attempt import from_places
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.detectable import Detectable, _first_number
@@ -41,6 +42,7 @@ from undertow.comparison.replicas import (
     _wanders,
     at_noise_of,
     believed_widths,
+    common_errors,
     is_of_instrument,
     left_by,
     not_slow,
@@ -56,6 +58,7 @@ from undertow.comparison.search import diagnose
 from undertow.comparison.sizes import Sizes
 from undertow.comparison.suspects import SUSPECTS
 from undertow.comparison.tail import Tail, wilks
+from undertow.conditioning.condition import condition
 from undertow.discrepancy.sentence import changing_words
 from undertow.discrepancy.validation import addition_parameters, shared_run
 from undertow.equation import registry
@@ -94,6 +97,46 @@ def test_suspects_of_which_replicas_show_what_instruments_are_believed_to_do_har
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(null_module, "LEAST_WEIGHT", 1.0)
         assert null_test(level, [*laws, *(found(n) for n in INSTRUMENTS)], fit, ()).p_value > 1.2 * alone.p_value
+
+
+@cache
+def calibrated(gain: float) -> tuple[Level, JointFit]:
+    """Eight trials with nothing missing whose accelerometer reads that many times too much in all of them."""
+    whole = member("short", np.linspace(0.01, 0.03, 8), 2300)
+    motions = tuple(
+        condition(replace(m.recording, channels={
+            **m.recording.channels, "acceleration": gain * m.recording.channels["acceleration"],
+        }))
+        for m in whole.motions
+    )  # fmt: skip
+    level = make_level([replace(whole, motions=motions)])
+    return level, stands(level)
+
+
+@pytest.mark.parametrize(("gain", "stands_out"), [(1.012, False), (1.04, True)])
+def test_a_calibration_within_what_sensors_err_by_does_not_stand_out_though_all_trials_have_it(gain, stands_out):
+    """1.2 % in one trial is two and a half times what a calibration is believed to be off by, and so it is in eight."""
+    level, fit = calibrated(gain)
+    laws = [found(name) for name in ("gain_error", "cubic_stiffness", "stribeck_friction")]
+    assert null_test(level, laws, fit, ()).significant == stands_out
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(replicas_module, "OF_ONE_SENSOR", ())
+        assert null_test(level, laws, fit, ()).significant  # as if each trial had a sensor of its own
+
+
+def test_what_one_sensor_has_in_all_trials_weighs_against_its_suspect():
+    level, fit = calibrated(1.012)
+    seen, ranked = {}, null_module._ranked
+    for kinds in ((), replicas_module.OF_ONE_SENSOR):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(replicas_module, "OF_ONE_SENSOR", kinds)
+            patch.setattr(null_module, "_ranked", lambda scored, *rest, of=kinds: (
+                seen.update({of: scored[0].of_instruments}), ranked(scored, *rest))[1])
+            null_test(level, [found("gain_error")], fit, ())
+    assert seen[()] < seen[replicas_module.OF_ONE_SENSOR] < 1.1
+    names = [u.name for u in fit.solution.problem.unknowns]
+    each = [[names[i].partition("[")[0] for i in mine] for mine in common_errors(fit.solution.problem.unknowns)]
+    assert each == [["displacement_gain"] * 8, ["acceleration_gain"] * 8, ["acceleration_shift_s"] * 8]
 
 
 def test_instruments_within_belief_are_of_single_trials_alone():

@@ -8,6 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import undertow
 from tests.decays import Decay, exact
@@ -39,6 +41,16 @@ def free(t: Array, damping: float = 0.02, held: float = HELD) -> Array:
     """A release after a hold, over its size, at instants in periods."""
     since = np.maximum(t - held, 0.0)
     return np.exp(-damping * 2.0 * np.pi * since) * np.cos(2.0 * np.pi * since)
+
+
+def softer_to_one_side(t: Array) -> Array:
+    """Let go on a spring that hardly pushes back on one side, x'' + x - x^2 = 0 near x = 1: half of a period is spent
+    beyond half its deflection there."""
+    length = 8.65  # of a period, in units of the spring's own time
+    size = brentq(lambda x: x**2 / 2.0 - x**3 / 3.0 - 0.99 / 6.0, 0.0, 1.0)
+    since = length * np.maximum(t - HELD, 0.0)
+    return solve_ivp(lambda _, y: [y[1], y[0] ** 2 - y[0] - 2e-4 * y[1]], (0.0, since[-1]), [size, 0.0],
+                     t_eval=np.unique(since), rtol=1e-9).y[0][np.searchsorted(np.unique(since), since)] / size
 
 
 def record(shape: Array, frequency: float = 1.0, samples: float = SAMPLES, noise: float = 2e-3) -> Recording:
@@ -97,6 +109,7 @@ DECAYS = {
     "two periods and the record ends at a turn": free(T)[:210],
 }  # fmt: skip
 DECAYS["beating"] = np.where(T < HELD, 1.0, DECAYS["beating"])
+DECAYS["softer to one side"] = softer_to_one_side(T)
 DECAYS["beating at once beside a nearly tuned body"] = np.where(
     T < HELD, 1.0,
     0.5 * np.exp(-0.05 * np.maximum(T - HELD, 0.0))

@@ -8,7 +8,7 @@ import pytest
 
 from tests.decays import any_decay, exact
 from undertow.errors import ClippedError, LostValuesError, RecordingError
-from undertow.recording.clipping import begins_cut, levels, plateaus
+from undertow.recording.clipping import _goes_beyond, begins_cut, levels, plateaus
 from undertow.recording.dropouts import find_dropouts
 from undertow.recording.noise import noise, quantum
 from undertow.recording.propose import name_and_unit, propose_mapping
@@ -419,3 +419,9 @@ def test_any_honest_decay_has_no_lost_values() -> None:
             step = float(rng.choice([0.0, 10.0 ** rng.uniform(-4.0, -1.5)])) * float(np.ptp(values))
             kept = rounded(values, step) if step else values
             assert name == "acceleration" or find_dropouts(kept, step) == [], planted
+
+
+def test_how_far_a_swing_goes_beyond_a_level_is_a_number_where_the_record_ends_on_it() -> None:
+    assert np.isfinite(_goes_beyond(np.array([0.2, 0.05, 0.0, 0.0]), 1.0))
+    assert _goes_beyond(np.zeros(5), 1.0) == 0.0  # it does not fall
+    assert _goes_beyond(np.array([0.0, 0.5, 2.0, 4.5]), 4.0) == pytest.approx(0.0, abs=1e-9)  # from rest

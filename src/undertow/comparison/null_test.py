@@ -33,6 +33,7 @@ from undertow.comparison.limits import LEAST_P
 from undertow.comparison.replicas import (
     at_noise_of,
     believed_widths,
+    common_errors,
     is_of_instrument,
     left_by,
     noise_over,
@@ -330,6 +331,8 @@ def _of_instruments(stack: Stack, own: slice, noise: Array, widths: Array) -> fl
     unknowns = stack.stands.fit.solution.problem.unknowns
     mine = [i for i, u in enumerate(unknowns) if is_of_instrument(u)]
     moved = stack.away[own, mine] * widths[mine] / np.array([unknowns[i].prior_std for i in mine]) ** 2
+    together = [[mine.index(i) for i in common] for common in common_errors(unknowns)]
+    moved = np.column_stack([moved, *(np.sum(moved[:, common], axis=1) for common in together)])
     inverse = scaled_inverse(np.atleast_2d(np.cov(noise)), 1e-6)
     return float(np.einsum("qi,qv,vi->", moved, inverse, moved)) / len(noise)
 

@@ -65,6 +65,9 @@ where all are alike: of four standard normal numbers, from two million draws. Sl
 alike: a quarter to a half of such residuals (first-order, .9 and .97 a sample) exceed it, by under a third of their
 squares."""
 
+OF_ONE_SENSOR = ("displacement_gain", "acceleration_gain", "acceleration_shift_s")
+"""What a laboratory has in all trials alike, which one sensor recorded: its calibration, its filter's delay."""
+
 SCATTERS = ("k", "c", "mu")
 """What each trial has of its own in the equation."""
 
@@ -178,6 +181,8 @@ def replicas(
     for symbol, factor in _scatter_factors(level, draws, rng).items():
         mine = [i for i, u in enumerate(unknowns) if u.name.startswith((f"{symbol}[", f"{symbol}_mean@"))]
         moved[mine] *= factor
+    for mine in common_errors(unknowns):
+        moved[mine] += width[mine, None] * rng.standard_normal(draws)
     spectra = _spectra(solution, noise)
     out = []
     for trial, own, jac, used in zip(
@@ -247,6 +252,12 @@ def believed_widths(level: Level, solution: Solution) -> Array:
         ratio = (1.0 + float(np.sum(square[mine] / width[mine] ** 2))) / (1.0 + len(mine))
         width[mine] *= math.sqrt(min(ratio, 1.0))
     return np.asarray(width, dtype=np.float64)
+
+
+def common_errors(unknowns: Sequence[Unknown]) -> list[list[int]]:
+    """Which unknowns are off by the same in all trials too, a list for each of `OF_ONE_SENSOR`."""
+    kinds = ([i for i, u in enumerate(unknowns) if u.name.startswith(f"{kind}[")] for kind in OF_ONE_SENSOR)
+    return [mine for mine in kinds if mine]
 
 
 def is_of_instrument(unknown: Unknown) -> bool:

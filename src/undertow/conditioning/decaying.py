@@ -68,8 +68,18 @@ STILL = 0.1
 """It does not move there if it moves by less than this share of its largest move."""
 
 HELD_PERIODS = 0.5
-"""A body that stays beyond half its deflection for more periods than this is held: a swing does for a third, a pendulum
-from 170 degrees for four tenths."""
+"""A body that stays beyond half its deflection for more periods than this may be held: a swing does for a third, a
+pendulum from 170 degrees for four tenths, one on a spring that is softer to one side for up to two thirds."""
+
+SURELY_HELD_PERIODS = 2.0 / 3.0
+"""Beyond this no spring lets it swing: the soft side takes the whole period, two thirds of it beyond half."""
+
+HELD_STILL = 0.6
+"""Share of such a stay in which a body that is held lies within `HELD_WIDTH` of where it mostly lies: one that swings
+does for a quarter, on a spring that is softer to one side too."""
+
+HELD_WIDTH = 0.05
+"""Of its largest deflection."""
 
 NEARLY_ZERO = 0.1
 """A velocity under this share of its largest is nearly zero."""
@@ -224,14 +234,17 @@ def _held_again(name: str, time: Array, values: Array, seen: Swings) -> str:
     ends = np.flatnonzero(np.diff(side)) + 1
     starts, ends = np.r_[0, ends], np.r_[ends, side.size] - 1
     lasted = np.where((side[starts] != 0.0) & (starts > 0), time[ends] - time[starts], 0.0)
-    long = np.flatnonzero(lasted > HELD_PERIODS * 2.0 * seen.half_period_s)
+    period, width = 2.0 * seen.half_period_s, HELD_WIDTH * float(np.max(np.abs(away)))
+    parts = [away[start:end + 1] for start, end in zip(starts, ends, strict=True)]
+    still = np.array([np.mean(np.abs(part - np.median(part)) < width) for part in parts]) > HELD_STILL
+    long = np.flatnonzero((lasted > SURELY_HELD_PERIODS * period) | (lasted > HELD_PERIODS * period) & still)
     if not long.size:
         return ""
     first = int(long[0])
     at, more = float(time[starts[first]]), f", and {long.size - 1} times more" if long.size > 1 else ""
     return (
         f"it stays on one side for {lasted[first]:.3g} s from {at:.3g} s on{more}, and a swing of "
-        f"{2.0 * seen.half_period_s:.3g} s does so for {2.0 * seen.half_period_s / 3.0:.2g} s: it is held again; set "
+        f"{period:.3g} s does so for {period / 3.0:.2g} s: it is held again; set "
         f"trials.window.end_s before {at:.3g} s, give a second release as a trial of its own (recordings.releases), or "
         "list hold in recordings.accept"
     )

@@ -156,14 +156,16 @@ def _slow_too(values: Array, sigma: float) -> float:
 
 def _goes_beyond(falls: Array, far: float) -> float:
     """How far beyond a level a swing goes that leaves it, as a share of the way that it is followed: by the vertex of a
-    parabola through its falls (n,) below the level, the first one on, up to ``far``. 0 from rest, inf of a straight
-    line; inf, too, of fewer than three samples."""
+    parabola through its falls (n,) below the level, the first one on, up to ``far``. 0 from rest, or where it does not
+    fall; inf of a straight line, and of fewer than three samples."""
     past = np.flatnonzero(falls >= far)
     way = falls[: max(int(past[0]) + 1, 3)] if past.size else falls
     if way.size < 3:
         return math.inf
+    if float(np.max(way)) <= 0.0:
+        return 0.0
     c2, c1, c0 = np.polyfit(np.arange(way.size), way, 2)
-    return float(c1**2 / (4.0 * c2) - c0) / float(way[-1]) if c2 > 0.0 else math.inf
+    return float(c1**2 / (4.0 * c2) - c0) / float(np.max(way)) if c2 > 0.0 else math.inf
 
 
 def _bend(top: Array) -> float:

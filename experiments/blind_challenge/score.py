@@ -226,19 +226,19 @@ def _by_reason(cases: list[CaseResult]) -> dict[str, Table]:
 
 def _outside_right(case: CaseResult) -> bool:
     """`unknown`, with names before it or not, or a description that says so and predicts unseen trials within 1.5 times
-    repeatability."""
+    repeatability: those held back, or where none was those that a fit left out."""
     group = case.deciding
     if group is None:
         return False
     if group.outcome == "unknown" or group.said.get("status") == "unknown":
         return True
     says = "descri" in json.dumps([group.said.get(k) for k in ("sentence", "because", "origin")]).lower()
-    ratio = _held_out_ratio(group)
+    ratio = _held_out_ratio(group) or _held_out_ratio(group, "cross_validated_nrmse")
     return group.outcome in FOUND and group.outcome != "wrong" and says and ratio is not None and ratio <= 1.5
 
 
-def _held_out_ratio(group: GroupResult) -> float | None:
-    after = (group.said.get("augmented") or {}).get("held_out_nrmse")  # type: ignore[union-attr]
+def _held_out_ratio(group: GroupResult, key: str = "held_out_nrmse") -> float | None:
+    after = (group.said.get("augmented") or {}).get(key)  # type: ignore[union-attr]
     repeat = group.said.get("repeatability_nrmse")
     return float(after) / float(repeat) if after is not None and repeat else None  # type: ignore[arg-type]
 

@@ -275,6 +275,11 @@ def test_a_description_outside_the_catalogue_counts_where_it_says_so_and_predict
     assert score._outside_right(case(truth("outside", [iwan]), good))
     assert not score._outside_right(case(truth("outside", [iwan]), {**good, "sentence": "It is hysteresis."}))
     assert not score._outside_right(case(truth("outside", [iwan]), {**good, "augmented": {"held_out_nrmse": 0.05}}))
+    left_out = {**good, "augmented": {"held_out_nrmse": None, "cross_validated_nrmse": 0.03}}
+    assert score._outside_right(case(truth("outside", [iwan]), left_out))
+    assert not score._outside_right(case(truth("outside", [iwan]), {**left_out, "augmented": {"nrmse": 0.01}}))
+    far = {**good["augmented"], "held_out_nrmse": 0.05, "cross_validated_nrmse": 0.01}
+    assert not score._outside_right(case(truth("outside", [iwan]), {**good, "augmented": far}))
     assert score._outside_right(case(truth("outside", [iwan]), said("unknown", ["unknown"])))
     assert score._outside_right(case(truth("outside", [iwan]), said("unknown", ["cubic_damping", "unknown"])))
 

@@ -42,7 +42,6 @@ from undertow.comparison.replicas import (
     _wanders,
     at_noise_of,
     believed_widths,
-    common_errors,
     is_of_instrument,
     left_by,
     not_slow,
@@ -124,19 +123,31 @@ def test_a_calibration_within_what_sensors_err_by_does_not_stand_out_though_all_
         assert null_test(level, laws, fit, ()).significant  # as if each trial had a sensor of its own
 
 
-def test_what_one_sensor_has_in_all_trials_weighs_against_its_suspect():
-    level, fit = calibrated(1.012)
-    seen, ranked = {}, null_module._ranked
-    for kinds in ((), replicas_module.OF_ONE_SENSOR):
+def test_half_of_the_replicas_have_a_sensor_that_errs_alike_in_all_trials():
+    level, fit = calibrated(1.0)
+    unknowns = fit.solution.problem.unknowns
+    mine = [i for i, u in enumerate(unknowns) if u.name.startswith("acceleration_gain[")]
+    width = believed_widths(level, fit.solution)[mine]
+
+    def drawn(kinds: tuple[str, ...]) -> np.ndarray:
+        """The trials' gains in every replica, over what is believed of them, as their recordings show them."""
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(replicas_module, "OF_ONE_SENSOR", kinds)
-            patch.setattr(null_module, "_ranked", lambda scored, *rest, of=kinds: (
-                seen.update({of: scored[0].of_instruments}), ranked(scored, *rest))[1])
-            null_test(level, [found("gain_error")], fit, ())
-    assert seen[()] < seen[replicas_module.OF_ONE_SENSOR] < 1.1
-    names = [u.name for u in fit.solution.problem.unknowns]
-    each = [[names[i].partition("[")[0] for i in mine] for mine in common_errors(fit.solution.problem.unknowns)]
-    assert each == [["displacement_gain"] * 8, ["acceleration_gain"] * 8, ["acceleration_shift_s"] * 8]
+            patch.setattr(replicas_module, "_drawn", lambda power, samples, draws, rng: np.zeros((samples, draws)))
+            patch.setattr(replicas_module, "believed_widths", lambda *_: np.where(
+                np.isin(np.arange(len(unknowns)), mine), believed_widths(level, fit.solution), 0.0))
+            residuals = replicas(level, fit.solution, fit.solution.residuals, 2000, np.random.default_rng(3))
+        solution, found = fit.solution, []
+        for i, r, jac, used in zip(mine, residuals, solution.jacobians, solution.used, strict=True):
+            column = jac[:, list(used).index(i)]
+            found.append(column @ r / (column @ column))
+        return np.array(found) / width[:, None]
+
+    own, alike = drawn(()), drawn(replicas_module.OF_ONE_SENSOR)
+    assert np.std(own, axis=1) == pytest.approx(1.0, abs=0.1)
+    assert np.std(alike, axis=1) == pytest.approx(1.0, abs=0.1)  # of one trial nothing is seen of it
+    assert not np.any(np.ptp(own, axis=0) < 1e-6)
+    assert np.mean(np.ptp(alike, axis=0) < 1e-6) == pytest.approx(0.5, abs=0.05)
 
 
 def test_instruments_within_belief_are_of_single_trials_alone():

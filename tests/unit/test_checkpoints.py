@@ -83,7 +83,7 @@ def test_a_verdict_with_everything_in_it_comes_back(
     full = replace(
         findings.verdict, status="explained", verdict=("hidden_resonator",), alternatives=(("relaxation",),),
         parameters={"hidden_resonator": [{"mass_kg": mass}], "added_mass": {"mass_kg": mass}},
-        augmented=Described(0.05, 0.06, {"mass_kg": mass}, {"mass_kg": {"mass_kg": 1.0}}),
+        augmented=Described(0.05, 0.06, {"mass_kg": mass}, {"mass_kg": {"mass_kg": 1.0}}, 0.07),
         rejected=(Rejected("cubic_stiffness", "0.38", -3.0),),
         physical_check=PhysicalCheck(9.4, 10.4, True, "cells"), p_value=0.003, upper_bound=0.02,
         detectable=(Detectable("hidden_resonator", "mass_kg", 4.1, "kg", 0.02, 7.9),), not_testable=("rest_offset",),

@@ -16,10 +16,12 @@ from undertow.comparison.detectable import Detectable
 from undertow.discrepancy.findings import AugmentedRun, Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.verdict import Described, Gate, Verdict
 from undertow.quantities import Estimate
+from undertow.report.before_after import errors_of
 from undertow.report.behind import adjusted_words, gate_rows, posterior_words, repaired_block, seen_rows
-from undertow.report.blocks import errors_of, no_gain_words
+from undertow.report.blocks import NO_BREAK, no_gain_words
 from undertow.report.first_screen import (
     SENTENCES_AT_MOST,
+    _cell,
     first_screen,
     grid,
     is_no_gain,
@@ -420,9 +422,24 @@ def test_a_group_that_what_is_named_does_not_help_says_so_with_the_group_that_ne
 
 def test_a_group_s_errors_are_those_of_unseen_trials_where_both_equations_have_them():
     before, after = Described(0.05, 0.06), Described(0.03, 0.04)
-    assert errors_of(before, after) == (0.06, 0.04, True)
-    assert errors_of(before, Described(0.03)) == (0.05, 0.03, False)
+    assert errors_of(before, after) == (0.06, 0.04, "unseen")
+    assert errors_of(before, Described(0.03)) == (0.05, 0.03, "fitted")
     assert errors_of(before, None) is None
+
+
+def test_a_group_s_errors_are_those_of_trials_left_out_in_turn_where_none_was_held_back():
+    before, after = Described(0.05, cross_validated_nrmse=0.07), Described(0.03, cross_validated_nrmse=0.04)
+    assert errors_of(before, after) == (0.07, 0.04, "left-out")
+    assert errors_of(replace(before, held_out_nrmse=0.06), replace(after, held_out_nrmse=0.05))[2] == "unseen"
+    assert errors_of(before, Described(0.03)) == (0.05, 0.03, "fitted")
+    second = named_findings().groups[1]
+    verdict = replace(second.verdict, baseline=before, augmented=after)
+    cell = _cell(replace(second, verdict=verdict), "a")
+    assert cell["error"].replace(NO_BREAK, " ") == "7.0 % → 4.0 % (left out)"
+    verdict = replace(verdict, augmented=Described(0.03))
+    assert _cell(replace(second, verdict=verdict), "a")["error"].replace(NO_BREAK, " ") == "5.0 % → 3.0 % (fitted)"
+    verdict = replace(verdict, augmented=Described(0.03, 0.04), baseline=Described(0.05, 0.06))
+    assert _cell(replace(second, verdict=verdict), "a")["error"].replace(NO_BREAK, " ") == "6.0 % → 4.0 %"
 
 
 @pytest.mark.parametrize(("count", "twice"), [(2, True), (1, False)])

@@ -31,12 +31,13 @@ from undertow.comparison.joint import JointFit, free_run_error
 from undertow.comparison.level import Level
 from undertow.comparison.limits import LEAST_P
 from undertow.comparison.replicas import (
+    ALIKE,
     at_noise_of,
     believed_widths,
-    common_errors,
     is_of_instrument,
     left_by,
     noise_over,
+    of_one_sensor,
     replicas,
     surely_wrong,
     wanders_as,
@@ -331,10 +332,14 @@ def _of_instruments(stack: Stack, own: slice, noise: Array, widths: Array) -> fl
     unknowns = stack.stands.fit.solution.problem.unknowns
     mine = [i for i, u in enumerate(unknowns) if is_of_instrument(u)]
     moved = stack.away[own, mine] * widths[mine] / np.array([unknowns[i].prior_std for i in mine]) ** 2
-    together = [[mine.index(i) for i in common] for common in common_errors(unknowns)]
-    moved = np.column_stack([moved, *(np.sum(moved[:, common], axis=1) for common in together)])
+    share = np.ones(len(mine))
+    for alike in of_one_sensor(unknowns):
+        at = np.searchsorted(mine, [i for i in alike if i in mine])
+        share[at] = 1.0 - ALIKE
+        moved = np.column_stack([moved, np.sum(moved[:, at], axis=1)])
+    weights = np.append(share, np.full(moved.shape[1] - share.size, ALIKE))
     inverse = scaled_inverse(np.atleast_2d(np.cov(noise)), 1e-6)
-    return float(np.einsum("qi,qv,vi->", moved, inverse, moved)) / len(noise)
+    return float(np.einsum("qi,qv,vi,i->", moved, inverse, moved, weights)) / len(noise)
 
 
 def _slightly_wrong(stack: Stack, square: float, draws: int, rng: np.random.Generator) -> Array:

@@ -66,7 +66,10 @@ alike: a quarter to a half of such residuals (first-order, .9 and .97 a sample) 
 squares."""
 
 OF_ONE_SENSOR = ("displacement_gain", "acceleration_gain", "acceleration_shift_s")
-"""What a laboratory has in all trials alike, which one sensor recorded: its calibration, its filter's delay."""
+"""What a laboratory has in all trials alike where one sensor recorded them: its calibration, its filter's delay."""
+
+ALIKE = 0.5
+"""Share of replicas in which it is so; in the others each trial's is its own."""
 
 SCATTERS = ("k", "c", "mu")
 """What each trial has of its own in the equation."""
@@ -181,8 +184,8 @@ def replicas(
     for symbol, factor in _scatter_factors(level, draws, rng).items():
         mine = [i for i, u in enumerate(unknowns) if u.name.startswith((f"{symbol}[", f"{symbol}_mean@"))]
         moved[mine] *= factor
-    for mine in common_errors(unknowns):
-        moved[mine] += width[mine, None] * rng.standard_normal(draws)
+    for mine in of_one_sensor(unknowns):
+        moved[mine] = np.where(rng.random(draws) < ALIKE, width[mine, None] * rng.standard_normal(draws), moved[mine])
     spectra = _spectra(solution, noise)
     out = []
     for trial, own, jac, used in zip(
@@ -254,8 +257,8 @@ def believed_widths(level: Level, solution: Solution) -> Array:
     return np.asarray(width, dtype=np.float64)
 
 
-def common_errors(unknowns: Sequence[Unknown]) -> list[list[int]]:
-    """Which unknowns are off by the same in all trials too, a list for each of `OF_ONE_SENSOR`."""
+def of_one_sensor(unknowns: Sequence[Unknown]) -> list[list[int]]:
+    """Unknowns that are off alike in all trials where one sensor recorded them, those of each of `OF_ONE_SENSOR`."""
     kinds = ([i for i, u in enumerate(unknowns) if u.name.startswith(f"{kind}[")] for kind in OF_ONE_SENSOR)
     return [mine for mine in kinds if mine]
 

@@ -14,9 +14,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from undertow.comparison.by_trials import FEWEST_TRIALS, with_errors_by_trials
-from undertow.comparison.candidate import Candidate, LevelDiagnosis, evidence_by_name
+from undertow.comparison.candidate import LevelDiagnosis, evidence_by_name
 from undertow.comparison.common_gains import with_common_gains
 from undertow.comparison.deviations import mean_of_own
+from undertow.comparison.elsewhere import Elsewhere
 from undertow.comparison.joining import MOST_EFFECTS, has_room
 from undertow.comparison.joint import free_run_error, with_own_errors
 from undertow.comparison.level import Addend, Level, Member, full_name, make_level, member_rate
@@ -36,8 +37,17 @@ from undertow.discrepancy.decision import evidence, posterior
 from undertow.discrepancy.dry_check import dry_answer
 from undertow.discrepancy.earned import earned, holds_with_twice_the_scatter, of_several_causes, without_answer
 from undertow.discrepancy.findings import AugmentedRun
+from undertow.discrepancy.left_out import LeftOut, left_out
 from undertow.discrepancy.naming import deciding_test, number_words, other_sets
-from undertow.discrepancy.sentence import THREE_LAWS, changing_words, late_words, sentence_of, transfer_words
+from undertow.discrepancy.rejected import rejected_of
+from undertow.discrepancy.sentence import (
+    THREE_LAWS,
+    changing_words,
+    late_words,
+    left_out_words,
+    sentence_of,
+    transfer_words,
+)
 from undertow.discrepancy.transfer import from_other_springs
 from undertow.discrepancy.validation import (
     addition_parameters,
@@ -47,7 +57,7 @@ from undertow.discrepancy.validation import (
     reach,
     shared_run,
 )
-from undertow.discrepancy.verdict import Described, PhysicalCheck, Rejected, Status, Verdict
+from undertow.discrepancy.verdict import Described, PhysicalCheck, Status, Verdict
 from undertow.discrepancy.words import percent
 from undertow.likelihood.free_run import FreeRun, error_as_measured
 from undertow.likelihood.scale import with_scale_error
@@ -86,13 +96,15 @@ def judge(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence
 def judge_level(
     cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence[Addend] = (), budget: float = 1.0,
     levels: int = 1, dry: Sequence[Case] = (), told: Mapping[str, float] | None = None,
+    elsewhere: Sequence[Elsewhere] = (),
 ) -> Judged:
     """As `judge`, with what was added: what dry trials need, their wet groups need too. ``budget`` as in `diagnose`,
     ``levels`` of how many of the campaign this is one: each may stand out by chance; ``dry`` are the campaign's dry
-    groups to whose equation nothing was added, ``told`` what other waters say of laws (`joining`)."""
+    groups to whose equation nothing was added, ``told`` what other waters say of laws (`joining`), ``elsewhere`` what
+    they lack."""
     level = at_its_own_sizes(make_level([_member(c) for c in cases], standing))
     clean = all(c.has_dry and not c.dry for c in cases) and not standing
-    diagnosis = supported(diagnose(level, suspects, clean, budget, told))
+    diagnosis = supported(diagnose(level, suspects, clean, budget, told, elsewhere))
     tested = null_test(level, suspects, diagnosis.null.fit, diagnosis.candidates, levels, diagnosis.looks)
     moved = ({},) * len(cases) if not diagnosis.named else from_other_springs(
         level, diagnosis.best.fit, [(*c.member.motions, *c.held) for c in cases]
@@ -106,7 +118,8 @@ def judge_level(
     fit = with_errors_by_trials(with_errors_by_recurrences(level, fit, diagnosis.best.suspects))
     diagnosis = replace(diagnosis, best=replace(diagnosis.best, fit=fit))
     forced = any(addend.has_its_own_clock for addend in fit.addends)
-    said = (_verdict(level, case, diagnosis, to, runs) for case, to in zip(cases, moved, strict=True))
+    folds = zip(cases, moved, left_out(level, cases, diagnosis), strict=True)
+    said = (_verdict(level, case, diagnosis, to, runs, apart) for case, to, apart in folds)
     answers = [
         of_several_causes(earned(verdict, case, diagnosis, tested, doubled, in_air, reach(cases, case, runs, forced)))
         for verdict, case in zip(said, cases, strict=True)
@@ -177,11 +190,12 @@ def _augmented(run: FreeRun, motion: Motion) -> AugmentedRun:
 
 
 def _verdict(
-    level: Level, case: Case, diagnosis: LevelDiagnosis, moved: Mapping[str, float], runs: Mapping[str, AugmentedRun]
+    level: Level, case: Case, diagnosis: LevelDiagnosis, moved: Mapping[str, float], runs: Mapping[str, AugmentedRun],
+    apart: LeftOut,
 ) -> Verdict:
     plain = Verdict(
         case.key, case.trials, tuple(m.name for m in case.held), baseline=case.baseline,
-        sensor_floor_nrmse=case.floor, repeatability_nrmse=case.allowed, rejected=_rejected(diagnosis),
+        sensor_floor_nrmse=case.floor, repeatability_nrmse=case.allowed, rejected=rejected_of(diagnosis),
     )  # fmt: skip
     known = _known(level, case)
     if not diagnosis.named and not known:
@@ -194,6 +208,9 @@ def _verdict(
     if any(a.differs for a in added):
         held = math.nan  # what is an unseen trial's own, no other trial says
     own = any(a.of_its_own for a in added)
+    told = "" if case.held or any(map(math.isfinite, moved.values())) else left_out_words(apart, len(case.trials), own)
+    if own and case.held:
+        apart = LeftOut(case.baseline.held_out_nrmse, held)
     found = addition_parameters(fit, case.member.label, member_rate(case.member))
     found = {name: [with_scale_error(_told(one, case), case.specimen) for one in many] for name, many in found.items()}
     of_dry = ((*other, *diagnosis.best.names) for other in case.dry_rivals if known)
@@ -208,16 +225,17 @@ def _verdict(
         verdict=(*names, "unknown") if rest else names,
         alternatives=rivals,
         origin=_origin(case, diagnosis.best.suspects, known),
+        baseline=replace(case.baseline, cross_validated_nrmse=apart.before),
         parameters={name: many[0] if len(many) == 1 else many for name, many in found.items()},
         augmented=Described(
             training, math.nan if own else held, _all_parameters(case, diagnosis, found),
-            _correlations(case, diagnosis),
+            _correlations(case, diagnosis), apart.after,
         ),
         physical_check=_physics(case, found),
         next_test=deciding_test(names, rivals),
         transfer=moved,
         sentence=sentence_of(case, names, rivals, found, training, held, rest, known, own, bool(_left(diagnosis, case)))
-        + changing_words(fit.addends) + transfer_words(moved)
+        + changing_words(fit.addends) + transfer_words(moved) + told
         + (late_words(fit.addends) if len(names) == 1 and not rest else "")
         + (_biased(case, diagnosis) if diagnosis.named else "") + ("" if rest else _left(diagnosis, case)),
     )
@@ -356,43 +374,3 @@ def _correlations(case: Case, diagnosis: LevelDiagnosis) -> dict[str, dict[str, 
               for other in index if errors[other] > 0.0}
         for one in index if errors[one] > 0.0
     }  # fmt: skip
-
-
-def _rejected(diagnosis: LevelDiagnosis) -> tuple[Rejected, ...]:
-    """Every single suspect that is not the answer, and why."""
-    out: dict[str, Rejected] = {}
-    best = diagnosis.best
-    for candidate in sorted(diagnosis.candidates, key=lambda c: -c.score):
-        if len(candidate.suspects) != 1 or candidate.names[0] in best.names or candidate.names in diagnosis.rivals:
-            continue
-        name = candidate.names[0]
-        odds = candidate.score - _said(diagnosis).score
-        out.setdefault(name, Rejected(name, candidate.out or _odds(candidate, diagnosis), odds))
-    for label in diagnosis.unfinished:
-        name = label.partition(" (")[0]
-        if name not in best.names:
-            out.setdefault(name, Rejected(name, "not tried to the end: it took more than its budget"))
-    for screened in diagnosis.screened:
-        name = screened.suspect.name
-        if name not in best.names:
-            because = f"not fitted in full: a first estimate gives odds of at most {_power(screened.gain)} to 1 for it"
-            odds = screened.score - _said(diagnosis).score
-            out.setdefault(name, Rejected(name, because, odds))
-    return tuple(out.values())
-
-
-def _said(diagnosis: LevelDiagnosis) -> Candidate:
-    """What is said: the best set of suspects, or the equation as it is."""
-    return diagnosis.best if diagnosis.best.suspects else diagnosis.null
-
-
-def _odds(candidate: Candidate, diagnosis: LevelDiagnosis) -> str:
-    behind = _said(diagnosis).score - candidate.score
-    other = " + ".join(_said(diagnosis).names) or "the equation as it is"
-    if behind > 0.0:
-        return f"odds of {_power(behind)} to 1 against it beside {other}"
-    return f"brings the free run closer by less than counts, at odds of {_power(-behind)} to 1 for it"
-
-
-def _power(log_odds: float) -> str:
-    return f"10^{log_odds / math.log(10.0):.0f}" if log_odds > math.log(1e3) else f"{math.exp(log_odds):.0f}"

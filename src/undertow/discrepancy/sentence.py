@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from undertow.comparison.clock import changes
 from undertow.comparison.level import Addend
 from undertow.discrepancy.case import Case
+from undertow.discrepancy.left_out import LeftOut
 from undertow.discrepancy.naming import DESCRIBE, causes_words, drifts, in_words
 from undertow.discrepancy.words import either, least_sets, percent, quantity_of, spelled
 from undertow.equation import registry
@@ -151,6 +152,25 @@ def transfer_words(moved: Mapping[str, float]) -> str:
         for label, error in moved.items() if math.isfinite(error)
     ]  # fmt: skip
     return f" W{'; '.join(texts)[1:]}." if texts else ""
+
+
+def left_out_words(apart: LeftOut, trials: int, own: bool = False) -> str:
+    """What fits without a trial miss of it, in words, where a group held none back (``own``: a force's size and phase
+    were fitted to it).
+
+    >>> left_out_words(LeftOut(0.2, 0.05), 2)
+    ' Predicted by fits without it, each of its 2 trials is missed by 20 % as prescribed, by 5.0 % with what is named.'
+    >>> left_out_words(LeftOut(), 2)
+    ''
+    """
+    if not math.isfinite(apart.after):
+        return ""
+    fits = "a fit of other springs' trials, it" if trials == 1 else f"fits without it, each of its {trials} trials"
+    fitted = ", with only that trial's size and phase of the force fitted," if own else ""
+    return (
+        f" Predicted by {fits}{fitted} is missed by {percent(apart.before)} as prescribed, by {percent(apart.after)} "
+        "with what is named."
+    )
 
 
 def _numbers(found: Mapping[str, Sequence[Mapping[str, Estimate]]]) -> str:

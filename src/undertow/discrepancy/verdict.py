@@ -27,13 +27,16 @@ Status = Literal["explained", "nothing_missing", "present_but_small", "unknown",
 class Described:
     """Scores and parameters of one equation in one group: the baseline, or the augmented one.
 
-    ``correlations`` are those of the parameters fitted together: name -> name -> correlation (empty: not kept).
+    ``cross_validated_nrmse`` is the median error of trials that were each left out of a fit, where none was held back
+    (left_out.py). ``correlations`` are those of the parameters fitted together: name -> name -> correlation (empty: not
+    kept).
     """
 
     nrmse: float = math.nan
     held_out_nrmse: float = math.nan
     parameters: Mapping[str, Estimate] = field(default_factory=dict)
     correlations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    cross_validated_nrmse: float = math.nan
 
 
 @dataclass(frozen=True)

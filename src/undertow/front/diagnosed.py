@@ -90,6 +90,8 @@ class DiagnosedGroup(FoundNumbers):
             "error": verdict.baseline.nrmse, "error_repaired": self.error_after,
             "held_out_error": verdict.baseline.held_out_nrmse,
             "held_out_repaired": verdict.augmented.held_out_nrmse if verdict.augmented else math.nan,
+            "left_out_error": verdict.baseline.cross_validated_nrmse,
+            "left_out_repaired": verdict.augmented.cross_validated_nrmse if verdict.augmented else math.nan,
             "allowed": verdict.repeatability_nrmse, "trials": len(verdict.trials), "sentence": verdict.sentence,
         }  # fmt: skip
 
@@ -138,8 +140,10 @@ class DiagnosedGroup(FoundNumbers):
         return self.repaired
 
     def _own_score(self) -> float:
-        """The score on the trials that were held out, on all where none was."""
-        table = self.trial_table
+        """The score on the trials that were held out, or left out in turn, on all where none was."""
+        table, apart = self.trial_table, self.row["left_out_repaired"]
+        if math.isfinite(apart) and not table["held_out"].any():
+            return 1.0 - float(apart)
         rows = table[table["held_out"]] if table["held_out"].any() else table
         return 1.0 - float(rows["error_repaired"].fillna(rows["error"]).mean())
 

@@ -120,9 +120,10 @@ class OpenedGroup(FoundEquation):
         return self._stored.theta_draws(draws, rng)
 
     def _own_score(self) -> float:
-        """The score on the trials that were held out, on all where none was."""
+        """The score on the trials that were held out, or left out in turn, on all where none was."""
         row = self.row
-        errors = (row[key] for key in ("held_out_repaired", "held_out_error", "error_repaired", "error"))
+        keys = ("held_out_repaired", "held_out_error", "left_out_repaired", "error_repaired", "error")
+        errors = (row[key] for key in keys)
         return 1.0 - next((error for error in errors if math.isfinite(error)), math.nan)
 
     @property
@@ -134,6 +135,8 @@ class OpenedGroup(FoundEquation):
             "error": or_nan(data["baseline"]["nrmse"]), "error_repaired": or_nan(after.get("nrmse")),
             "held_out_error": or_nan(data["baseline"]["held_out_nrmse"]),
             "held_out_repaired": or_nan(after.get("held_out_nrmse")),
+            "left_out_error": or_nan(data["baseline"].get("cross_validated_nrmse")),
+            "left_out_repaired": or_nan(after.get("cross_validated_nrmse")),
             "allowed": or_nan(data["repeatability_nrmse"]), "trials": len(data["trials"]), "sentence": self.sentence,
         }  # fmt: skip
 

@@ -13,11 +13,12 @@ from typing import Any
 from undertow.discrepancy.calibration import record_of
 from undertow.discrepancy.findings import Findings, GroupFindings, TrialFindings
 from undertow.discrepancy.mismatch import place_words
-from undertow.discrepancy.verdict import Described, Verdict
+from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import count, either, group_title, least_sets, percent, spelled
 from undertow.quantities import OK, Estimate, format_number
 from undertow.report import behind, wording
 from undertow.report.arrange import agreement, spanning_conditions
+from undertow.report.before_after import errors_of
 from undertow.report.expressions import is_per_mass, numeric_latex
 from undertow.report.extent import Extent, extent_of
 from undertow.report.figures import amplitude_scale
@@ -139,16 +140,7 @@ def overview(findings: Findings, anchors: Sequence[str], extent: Extent | None =
 def unseen_words(verdict: Verdict) -> str:
     """Free-run error on trials that no fit has seen, before and after what is named; empty without such a proof."""
     errors = errors_of(verdict.baseline, verdict.augmented)
-    return f"{percent(errors[0])} → {percent(errors[1])}" if errors is not None and errors[2] else ""
-
-
-def errors_of(before: Described, after: Described | None) -> tuple[float, float, bool] | None:
-    """Free-run error of a group as prescribed and repaired, and whether on unseen trials: where both equations have
-    them, else on the fitted ones; None without a repaired equation."""
-    if after is None:
-        return None
-    unseen = before.held_out_nrmse, after.held_out_nrmse
-    return (*unseen, True) if all(map(math.isfinite, unseen)) else (before.nrmse, after.nrmse, False)
+    return f"{percent(errors[0])} → {percent(errors[1])}" if errors is not None and errors[2] == "unseen" else ""
 
 
 def identity(group: GroupFindings, anchor: str) -> dict[str, Any]:
@@ -221,7 +213,7 @@ def no_gain_words(findings: Findings, group: GroupFindings) -> str:
         and (found := errors_of(g.verdict.baseline, g.verdict.augmented)) is not None and found[1] < found[0]
     ]  # fmt: skip
     text = f"In this group the free-run error does not fall ({percent(errors[0])} as prescribed, {percent(errors[1])} "
-    text += f"repaired, on {'unseen' if errors[2] else 'fitted'} trials"
+    text += f"repaired, on {errors[2]} trials"
     if max(errors[:2]) <= verdict.repeatability_nrmse:
         text += f", both within repeatability, {percent(verdict.repeatability_nrmse)}"
     if not together:

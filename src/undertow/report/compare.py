@@ -234,6 +234,7 @@ def _cells(entry: Mapping[str, Any], masses: Mapping[str, Estimate]) -> Iterator
     if after:
         yield "repaired: free-run error", _error(after["nrmse"])
         yield "repaired: held-out error", _error(after["held_out_nrmse"])
+        yield "repaired: error of trials left out in turn", _error(after.get("cross_validated_nrmse"))
     yield "repeatability", _error(entry["repeatability_nrmse"])
     for start, described in (("", baseline), ("repaired: ", after or {"parameters": {}})):
         numbers = {name: number for name, one in described["parameters"].items() if (number := _estimate(one))}

@@ -24,6 +24,7 @@ from undertow.equation.equation import Equation
 from undertow.equation.term import Term
 from undertow.quantities import Estimate, Mover, or_nan
 from undertow.report import blocks
+from undertow.report.before_after import errors_of
 from undertow.report.behind import number_row
 from undertow.report.expressions import is_per_mass, numeric_latex
 from undertow.report.first_screen import place_of, verdict_clause
@@ -255,7 +256,7 @@ def _most_gained(groups: Sequence[PagePart]) -> int:
 
 def _errors(verdict: Verdict) -> tuple[float, float | None]:
     """Error as prescribed and (None: nothing was added) repaired: on what was held back where it is known."""
-    both = blocks.errors_of(verdict.baseline, verdict.augmented)
+    both = errors_of(verdict.baseline, verdict.augmented)
     if both is not None:
         return both[0], both[1]
     unseen = verdict.baseline.held_out_nrmse

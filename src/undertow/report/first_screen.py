@@ -17,12 +17,12 @@ from undertow.discrepancy.repaired import named_laws
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import condition_words, either, least_sets, percent
 from undertow.report.arrange import Span, spanning_conditions
+from undertow.report.before_after import BEHIND, ON, errors_of
 from undertow.report.behind import adjusted_words, allowed_words
 from undertow.report.blocks import (
     NO_BREAK,
     Block,
     as_measured_words,
-    errors_of,
     few_words,
     identity,
     likelihood_words,
@@ -200,9 +200,8 @@ def error_words(verdict: Verdict) -> str:
     errors = errors_of(verdict.baseline, verdict.augmented)
     if errors is None:
         return f"error {percent(verdict.baseline.nrmse)}"
-    before, after, unseen = errors
-    where = "unseen trials" if unseen else "the trials it was fitted to"
-    return f"error {percent(before)} → {percent(after)} on {where}"
+    before, after, seen = errors
+    return f"error {percent(before)} → {percent(after)} on {ON[seen]}"
 
 
 # ---------------------------------------------------------------- the trial that is shown
@@ -298,7 +297,8 @@ def _is_grid(findings: Findings, span: Span) -> bool:
 def _cell(group: GroupFindings, anchor: str) -> Block:
     """A group's cell: its name, tone and what is named (`identity`), its error as in its sentence, and how sure it is
     where such verdicts were counted."""
-    error = error_words(group.verdict).removeprefix("error ").removesuffix(" on unseen trials")
-    short = error.replace(" on the trials it was fitted to", " (fitted)").replace(" %", f"{NO_BREAK}%")
-    sure = sure_words(group.verdict)
+    short = error_words(group.verdict).removeprefix("error ")
+    for seen, words in ON.items():
+        short = short.replace(f" on {words}", f" ({BEHIND[seen]})" if BEHIND[seen] else "")
+    short, sure = short.replace(" %", f"{NO_BREAK}%"), sure_words(group.verdict)
     return {**identity(group, anchor), "error": short, "sure": f"{sure} sure" if sure else ""}

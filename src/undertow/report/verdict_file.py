@@ -89,7 +89,8 @@ def group_json(verdict: Verdict) -> dict[str, Any]:
 
 
 def _described(one: Described) -> dict[str, Any]:
-    return {"nrmse": one.nrmse, "held_out_nrmse": one.held_out_nrmse, "parameters": one.parameters}
+    known = {"cross_validated_nrmse": one.cross_validated_nrmse} if math.isfinite(one.cross_validated_nrmse) else {}
+    return {"nrmse": one.nrmse, "held_out_nrmse": one.held_out_nrmse, **known, "parameters": one.parameters}
 
 
 def verdict_pieces(groups: Iterable[Mapping[str, Any]], sentence: str) -> Iterator[str]:

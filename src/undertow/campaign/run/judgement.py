@@ -13,6 +13,7 @@ from pathlib import Path
 from undertow.campaign.config import GroupKey, RunConfig
 from undertow.campaign.run import checkpoints
 from undertow.campaign.run.analysis import GroupTask
+from undertow.campaign.run.other_waters import told_by_others, with_the_reason
 from undertow.campaign.run.rig import (
     WetRig,
     believable_repeatability,
@@ -23,9 +24,8 @@ from undertow.campaign.run.rig import (
     with_known,
 )
 from undertow.campaign.run.workers import Progress, on_processes
-from undertow.comparison.candidate import RIVAL_ODDS
 from undertow.comparison.deviations import SLOTS, size_in
-from undertow.comparison.joining import told_by_other_waters
+from undertow.comparison.elsewhere import Elsewhere
 from undertow.comparison.level import Addend, Member
 from undertow.comparison.suspect import Suspect
 from undertow.comparison.suspects import chosen
@@ -92,9 +92,12 @@ def judged(
     judge = _Judge(suspects, standing, folder, resume, dry_specimens(config, tasks), budget, levels, clean)
     place = "wet: " if config.trials.dry else ""
     wet = on_processes(judge, list(waters.values()), jobs, f"{place}what is missing", progress, _together_name)
-    told = _told(list(waters.values()), wet)
+    told = {
+        i: replace(water, told=others.told, elsewhere=others.elsewhere) for i, water in enumerate(waters.values())
+        if (others := told_by_others(i, wet, {addend.prefix for addend in standing}))
+    }  # fmt: skip
     more = on_processes(judge, list(told.values()), jobs, f"{place}beside other waters", progress, _together_name)
-    wet = [*wet, *(_with_the_reason(one, wet[i]) for i, one in zip(told, more, strict=True))]
+    wet = [*wet, *(with_the_reason(one, wet[i]) for i, one in zip(told, more, strict=True))]
     said = failed | {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}
     runs = {name: run for judged in (*first, *wet) for name, run in judged.runs.items()}
     return [
@@ -146,47 +149,7 @@ class _Together:
     cases: tuple[Case, ...]
     tasks: tuple[GroupTask, ...]
     told: tuple[tuple[str, float], ...] = ()
-
-
-def _told(waters: Sequence[_Together], said: Sequence[Judged]) -> dict[int, _Together]:
-    """Waters that name one law of the body, of which the others would change what is likely, by their place, with what
-    the other waters say of these laws."""
-    out = {}
-    for i, (water, judged) in enumerate(zip(waters, said, strict=True)):
-        others = [other.evidence for j, other in enumerate(said) if j != i and other.evidence]
-        told = told_by_other_waters(others, sorted(judged.evidence)) if others else {}
-        if any(_doubtful(verdict, judged.evidence, told) for verdict in judged.verdicts):
-            out[i] = replace(water, told=tuple(sorted(told.items())))
-    return out
-
-
-def _doubtful(verdict: Verdict, evidence: Mapping[str, float], told: Mapping[str, float]) -> bool:
-    """Whether what other waters say changes which laws are within the odds of rivals of the likeliest, which is the one
-    that is named (what else decided its name stands)."""
-    named = [name for name in verdict.verdict if name != "unknown"]
-    if not told or len(named) != 1 or named[0] != _likeliest(evidence)[0]:
-        return False
-    return _likeliest(evidence) != _likeliest({name: score + told[name] for name, score in evidence.items()})
-
-
-def _likeliest(evidence: Mapping[str, float]) -> list[str]:
-    """Laws within the odds of rivals of the likeliest, the likeliest first."""
-    order = sorted(evidence, key=lambda name: -evidence[name])
-    return [name for name in order if evidence[order[0]] - evidence[name] < math.log(RIVAL_ODDS)]
-
-
-def _with_the_reason(judged: Judged, alone: Judged) -> Judged:
-    """Verdicts beside other waters; one that says another thing than alone says why."""
-    verdicts = []
-    for now, before in zip(judged.verdicts, alone.verdicts, strict=True):
-        if (now.status, now.verdict, now.alternatives) != (before.status, before.verdict, before.alternatives):
-            sets = [" and ".join(names) for names in (before.verdict, *before.alternatives)]
-            words = spelled(", or ".join(sets))
-            found = f"could not tell {words} from each other" if len(sets) > 1 else f"showed {words}"
-            text = f"This water alone {found}; the campaign's others help."
-            now = replace(now, sentence=f"{now.sentence} {text}")
-        verdicts.append(now)
-    return replace(judged, verdicts=tuple(verdicts))
+    elsewhere: tuple[Elsewhere, ...] = ()
 
 
 def _together_name(one: _Together) -> str:
@@ -215,8 +178,8 @@ class _Judge:
             return self._judged(level, standing)
         free = [c.member.free_start for c in level.cases]
         cells = [dict(c.cell) for c in level.cases]
-        said = (free, cells, [(c.dry_unknown, c.dry_rivals) for c in level.cases])
-        also = repr((sorted(s.label for s in self.suspects), standing, *said, self.budget, self.levels, level.told))
+        said = (free, cells, [(c.dry_unknown, c.dry_rivals) for c in level.cases], level.told, level.elsewhere)
+        also = repr((sorted(s.label for s in self.suspects), standing, *said, self.budget, self.levels))
         path = self.folder / f"verdict-{checkpoints.level_digest(level.tasks, also)}.json"
         labels = tuple(c.member.label for c in level.cases)
         kept = checkpoints.load_verdicts(level.tasks, labels, path) if self.resume else None
@@ -238,7 +201,8 @@ class _Judge:
             cases = level.cases if standing or not sliding else _unused(level.cases, sliding)
             try:
                 return judge_level(
-                    cases, self.suspects, standing, self.budget, self.levels, self.clean, dict(level.told)
+                    cases, self.suspects, standing, self.budget, self.levels, self.clean, dict(level.told),
+                    level.elsewhere,
                 )
             except FAILURES as one:
                 reason = reason or failure(one).rstrip(".")

@@ -23,7 +23,8 @@ from undertow.discrepancy.verdict import Described, is_description
 from undertow.discrepancy.words import count, either, group_title, least_sets, percent
 from undertow.front.terminal.table import table_text
 from undertow.quantities import or_nan
-from undertow.report.blocks import errors_of, no_gain_words
+from undertow.report.before_after import BEHIND, errors_of
+from undertow.report.blocks import no_gain_words
 from undertow.report.verdict_file import group_json, read_verdicts
 from undertow.report.wording import STATUS_WORDS, effects_words, in_plain_words, sentence_words
 from undertow.report.writing import true_minus
@@ -101,17 +102,22 @@ def errors_words(entry: Entry) -> tuple[str, str]:
     ('50 %', '6.0 %')
     >>> errors_words({"baseline": {"nrmse": 0.4}, "augmented": {"nrmse": 0.06}})
     ('40 %', '6.0 % fitted')
+    >>> both = {"nrmse": 0.04, "cross_validated_nrmse": 0.05}
+    >>> errors_words({"baseline": {"nrmse": 0.4, "cross_validated_nrmse": 0.5}, "augmented": both})
+    ('50 %', '5.0 % left out')
     >>> errors_words({"baseline": {"nrmse": 0.4, "held_out_nrmse": 0.5}, "augmented": None})
     ('40 %', '-')
     """
     before, after = (
-        one and Described(or_nan(one.get("nrmse")), or_nan(one.get("held_out_nrmse")))
-        for one in (entry["baseline"], entry["augmented"])
-    )
+        one and Described(
+            or_nan(one.get("nrmse")), or_nan(one.get("held_out_nrmse")),
+            cross_validated_nrmse=or_nan(one.get("cross_validated_nrmse")),
+        ) for one in (entry["baseline"], entry["augmented"])
+    )  # fmt: skip
     errors = errors_of(before, after)
     if errors is None:
         return percent(before.nrmse), "-"
-    return percent(errors[0]), percent(errors[1]) + ("" if errors[2] else " fitted")
+    return percent(errors[0]), f"{percent(errors[1])} {BEHIND[errors[2]]}".rstrip()
 
 
 def missing_words(entry: Entry) -> str:

@@ -19,7 +19,7 @@ from undertow.discrepancy.words import spelled
 
 
 @dataclass(frozen=True)
-class Told:
+class FromOthers:
     """What other waters say of laws, by name, and what they lack; false where it is nothing."""
 
     told: tuple[tuple[str, float], ...] = ()
@@ -29,7 +29,7 @@ class Told:
         return bool(self.told or self.elsewhere)
 
 
-def told_by_others(water: int, said: Sequence[Judged], standing: Collection[str] = ()) -> Told:
+def told_by_others(water: int, said: Sequence[Judged], standing: Collection[str] = ()) -> FromOthers:
     """What the others tell of one of the waters that were judged: how likely laws are, where that changes which are
     likely beside the one that it names; and what they lack, where nobody knows what it lacks, or it is part of that
     (``standing`` are the dry trials' own laws)."""
@@ -40,7 +40,7 @@ def told_by_others(water: int, said: Sequence[Judged], standing: Collection[str]
         told = {}
     lacks = (found for other in others if (found := _lacking(other, standing)) is not None)
     more = {one.names: one for one in lacks if _may_lack(judged, one, standing)}
-    return Told(tuple(sorted(told.items())), tuple(more.values()))
+    return FromOthers(tuple(sorted(told.items())), tuple(more.values()))
 
 
 def _lacking(judged: Judged, standing: Collection[str]) -> Elsewhere | None:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 
-from undertow.campaign.run.judgement import _Together, _told, _with_the_reason
+from undertow.campaign.run import judgement
+from undertow.campaign.run.judgement import _Judge, _Together
+from undertow.campaign.run.other_waters import FromOthers, told_by_others, with_the_reason
 from undertow.comparison.candidate import evidence_by_name
+from undertow.comparison.elsewhere import Elsewhere
 from undertow.comparison.joining import LAWS_DIFFER, told_by_other_waters
 from undertow.comparison.suspects import SUSPECTS
 from undertow.discrepancy.judge import Judged
@@ -28,25 +32,22 @@ SURE = said("explained", ("linear_damping",), (), {"linear_damping": 30.0, "drag
 
 
 def test_only_a_water_of_which_the_others_change_what_is_likely_is_judged_beside_them():
-    waters = [_Together((), ()), _Together((), ())]
-    (place,) = _told(waters, [UNTOLD, SURE])
-    assert place == 0
-    told = dict(_told(waters, [UNTOLD, SURE])[0].told)
+    assert not told_by_others(1, [UNTOLD, SURE])
+    told = dict(told_by_others(0, [UNTOLD, SURE]).told)
     assert told["linear_damping"] == pytest.approx(math.log(3.0), abs=0.02)
     assert told["drag_exponent"] == pytest.approx(math.log(LAWS_DIFFER + 3.0 * math.exp(-10.0)), abs=0.02)
-    assert _told(waters, [UNTOLD, said("cannot_tell")]) == {}
-    assert _told(waters, [SURE, SURE]) == {}
+    assert told_by_others(0, [UNTOLD, said("cannot_tell")]) == FromOthers()
+    assert told_by_others(0, [SURE, SURE]) == FromOthers()
     agrees = said("not_identifiable", ("linear_damping",), (("relaxation",),), {"linear_damping": 9.0})
-    assert _told(waters, [agrees, SURE]) == {}  # no free decay separates them: no other water does
+    assert not told_by_others(0, [agrees, SURE])  # no free decay separates them: no other water does
     by_more_than_evidence = said("explained", ("drag_exponent",), (), {"drag_exponent": 9.0, "linear_damping": 15.0})
-    assert _told(waters, [by_more_than_evidence, SURE]) == {}
+    assert not told_by_others(0, [by_more_than_evidence, SURE])
 
 
 def test_a_name_that_the_others_make_improbable_is_judged_again_and_one_far_ahead_is_not():
-    waters = [_Together((), ()), _Together((), ())]
-    for ahead, again in ((6.0, [0]), (14.0, [])):
+    for ahead, again in ((6.0, True), (14.0, False)):
         other = said("explained", ("drag_exponent",), (), {"linear_damping": 4.0, "drag_exponent": 4.0 + ahead})
-        assert sorted(_told(waters, [other, SURE])) == again
+        assert bool(told_by_others(0, [other, SURE])) == again
 
 
 def test_waters_that_say_nothing_leave_all_as_it_was_and_each_counts_once():
@@ -59,13 +60,15 @@ def test_waters_that_say_nothing_leave_all_as_it_was_and_each_counts_once():
 
 
 def test_a_verdict_that_other_waters_changed_says_so_and_another_does_not():
-    now = _with_the_reason(SURE, UNTOLD).verdicts[0].sentence
+    now = with_the_reason(SURE, UNTOLD).verdicts[0].sentence
     assert now.endswith(
-        "This water alone could not tell drag exponent, or linear damping from each other; the campaign's others help."
+        "This water alone could not tell drag exponent or linear damping from each other; the campaign's others help."
     )
     other = said("explained", ("drag_exponent",))
-    assert "This water alone showed drag exponent; the" in _with_the_reason(SURE, other).verdicts[0].sentence
-    assert _with_the_reason(UNTOLD, UNTOLD).verdicts[0].sentence == "Something."
+    assert "This water alone showed drag exponent; the" in with_the_reason(SURE, other).verdicts[0].sentence
+    unknown = said("unknown", ("unknown",))
+    assert "This water alone showed something unknown; the" in with_the_reason(SURE, unknown).verdicts[0].sentence
+    assert with_the_reason(UNTOLD, UNTOLD).verdicts[0].sentence == "Something."
 
 
 def candidate(name: str, score: float, out: str = "", aside: bool = False) -> SimpleNamespace:
@@ -85,3 +88,16 @@ def test_evidence_is_of_laws_of_the_body_with_sound_numbers():
     assert evidence_by_name(found) == {}
     found.best = SimpleNamespace(suspects=(*damping.suspects, *small.suspects))
     assert evidence_by_name(found) == {}
+
+
+def test_a_water_is_judged_with_what_the_others_tell_and_kept_apart_from_without(monkeypatch, tmp_path):
+    asked, kept = [], []
+    monkeypatch.setattr(judgement, "judge_level", lambda *given: (asked.append(given[-2:]), SURE)[1])
+    monkeypatch.setattr(judgement.checkpoints, "save_verdicts", lambda found, path: kept.append(path.name))
+    monkeypatch.setattr(judgement, "in_water", lambda *_: ())
+    more = Elsewhere((), (("hidden_resonator.mass_kg", 2.0),))
+    alone = _Together((), ())
+    for level in (alone, replace(alone, told=(("relaxation", 1.0),)), replace(alone, elsewhere=(more,))):
+        _Judge((), folder=tmp_path)(level)
+    assert asked == [({}, ()), ({"relaxation": 1.0}, ()), ({}, (more,))]
+    assert len(set(kept)) == 3

@@ -79,7 +79,7 @@ def with_the_reason(judged: Judged, alone: Judged) -> Judged:
     for now, before in zip(judged.verdicts, alone.verdicts, strict=True):
         if (now.status, now.verdict, now.alternatives) != (before.status, before.verdict, before.alternatives):
             sets = [" and ".join(names) for names in (before.verdict, *before.alternatives)]
-            words = spelled(", or ".join(sets))
+            words = spelled(" or ".join(sets)).replace("unknown", "something unknown")
             found = f"could not tell {words} from each other" if len(sets) > 1 else f"showed {words}"
             text = f"This water alone {found}; the campaign's others help."
             now = replace(now, sentence=f"{now.sentence} {text}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import pytest
 
@@ -12,11 +13,11 @@ from tests.concealed.test_small_effects import found
 from undertow.campaign.run.other_waters import told_by_others
 from undertow.comparison import elsewhere as module
 from undertow.comparison.candidate import Candidate
-from undertow.comparison.elsewhere import Elsewhere, from_elsewhere
+from undertow.comparison.elsewhere import Elsewhere, from_elsewhere, that_come_closer
 from undertow.comparison.joint import JointFit, fit_joint
 from undertow.comparison.level import Addend, Level, make_level
 from undertow.comparison.search import _Search, diagnose
-from undertow.discrepancy.judge import Judged
+from undertow.discrepancy.judge import Judged, lacking_as_elsewhere
 from undertow.discrepancy.verdict import Verdict
 from undertow.equation import registry
 
@@ -98,6 +99,20 @@ def test_what_is_not_there_is_no_answer_though_another_water_lacks_it():
     told = diagnose(level, [found(n) for n in NAMES], elsewhere=[there(*NAMES, **NEAR)])
     assert told.best.names == ()
     assert any(set(c.names) == set(NAMES) for c in told.candidates)  # it was tried, and counts among all that was
+
+
+def test_another_search_is_worth_it_where_what_others_lack_comes_closer_than_what_was_found():
+    level, null = lacking_both()
+    suspects, both = [found(n) for n in NAMES], there(*NAMES, **NEAR)
+    assert that_come_closer(level, suspects, [both], null.misfit) == (both,)
+    assert that_come_closer(level, suspects, [both], 0.9) == ()
+    assert that_come_closer(level, suspects, [both], float("nan")) == ()
+    assert that_come_closer(level, suspects[:1], [both], null.misfit) == ()  # it is no suspect here
+    assert that_come_closer(level, suspects, [both], null.misfit, budget=1e-9) == ()
+    case = SimpleNamespace(member=level.members[0])
+    alone = Judged((), ("short",), misfit=null.misfit)
+    assert lacking_as_elsewhere([case], suspects, (), [both], alone) == (both,)
+    assert lacking_as_elsewhere([case], suspects, (), [both], replace(alone, misfit=0.9)) == ()
 
 
 def judged(status: str, *names: str, addends: tuple[Addend, ...] = (), prefix: str = "") -> Judged:

@@ -187,7 +187,8 @@ def test_verdicts_of_groups_judged_together_come_back_in_their_order(task: Group
     sine = Addition("stiffness_N_per_m", "N/m", "k", 0.0, 1.0, also=(("k3", -1.0 / 6.0),))
     clock = Addend("1.clock", (), frees="clock", centres=(0.1, 0.2), degree=2)
     addends = (Addend("0.friction", (friction, sine)), clock)
-    judged = Judged((explained, plain), ("long", "short"), addends, {"0.friction.force_N": (80.0, 2.0)}, {"a": run})
+    values = {"0.friction.force_N": (80.0, 2.0)}
+    judged = Judged((explained, plain), ("long", "short"), addends, values, {"a": run}, {"relaxation": 2.0}, 1.5)
     checkpoints.save_verdicts(judged, tmp_path / "v.json")
     loaded = checkpoints.load_verdicts((task, other), ("long", "short"), tmp_path / "v.json")
     assert loaded is not None
@@ -195,6 +196,7 @@ def test_verdicts_of_groups_judged_together_come_back_in_their_order(task: Group
     assert (loaded.runs["a"].nrmse, loaded.runs["a"].as_measured) == (0.02, 0.07)
     assert loaded.runs["a"].residual.tolist() == [1.0, 0.5]
     assert repr((loaded.labels, loaded.addends, loaded.values)) == repr((judged.labels, judged.addends, judged.values))
+    assert (loaded.evidence, loaded.misfit) == ({"relaxation": 2.0}, 1.5)
     assert first.parameters == explained.parameters
     assert (first.verdict, second.status, second.group) == (("linear_damping",), "nothing_missing", other.key)
     fewer = checkpoints.load_verdicts((task,), ("long",), tmp_path / "v.json")

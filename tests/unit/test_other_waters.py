@@ -91,13 +91,20 @@ def test_evidence_is_of_laws_of_the_body_with_sound_numbers():
 
 
 def test_a_water_is_judged_with_what_the_others_tell_and_kept_apart_from_without(monkeypatch, tmp_path):
-    asked, kept = [], []
+    asked, kept, closer = [], [], []
     monkeypatch.setattr(judgement, "judge_level", lambda *given: (asked.append(given[-2:]), SURE)[1])
+    monkeypatch.setattr(judgement, "lacking_as_elsewhere", lambda *given: tuple(closer))
     monkeypatch.setattr(judgement.checkpoints, "save_verdicts", lambda found, path: kept.append(path.name))
     monkeypatch.setattr(judgement, "in_water", lambda *_: ())
     more = Elsewhere((), (("hidden_resonator.mass_kg", 2.0),))
-    alone = _Together((), ())
-    for level in (alone, replace(alone, told=(("relaxation", 1.0),)), replace(alone, elsewhere=(more,))):
-        _Judge((), folder=tmp_path)(level)
-    assert asked == [({}, ()), ({"relaxation": 1.0}, ()), ({}, (more,))]
+    plain = _Together((), ())
+    beside = replace(plain, elsewhere=(more,), alone=UNTOLD)
+    judge = _Judge((), folder=tmp_path)
+    judge(plain)
+    judge(replace(plain, told=(("relaxation", 1.0),), alone=UNTOLD))
+    assert judge(beside) is UNTOLD  # what others lack comes no closer: no other search
+    assert asked == [({}, ()), ({"relaxation": 1.0}, ())]
+    closer.append(more)
+    assert judge(beside) is SURE
+    assert asked[-1] == ({}, (more,))
     assert len(set(kept)) == 3

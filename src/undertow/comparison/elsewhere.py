@@ -9,17 +9,22 @@ believed of it (search.py).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from undertow.comparison.candidate import Candidate, doubt
+from undertow.comparison.attempt import PAIR_BUDGET, one_look
+from undertow.comparison.candidate import RIVAL_ODDS, Candidate, doubt
+from undertow.comparison.joining import has_room
 from undertow.comparison.joint import JointFit, fit_joint
 from undertow.comparison.level import Addend, Level
+from undertow.comparison.prescribed import plain_fit
 from undertow.comparison.suspect import Suspect
 from undertow.errors import IdentificationError
 from undertow.likelihood.budget import BudgetError, metered
+from undertow.likelihood.noise import residual_memory
 
 
 @dataclass(frozen=True)
@@ -71,6 +76,22 @@ def from_elsewhere(
         ahead = min(fits, key=lambda fit: fit.criterion, default=None)
         fit = None if ahead is None else _to_the_end(level, ahead)
     return None if fit is None else Candidate(tuple(s for s in mine if s), fit, 0.0, doubt(level, fit, null.fit))
+
+
+def that_come_closer(
+    level: Level, suspects: Sequence[Suspect], others: Sequence[Elsewhere], misfit: float, budget: float = 1.0
+) -> tuple[Elsewhere, ...]:
+    """Those of what other waters lack that may be more probable, by odds that have a name, than what was found to leave
+    ``misfit``: by what their residuals, at their own memory, show of the difference, whatever their numbers cost."""
+    null, found = Candidate((), plain_fit(level), 0.0), []
+    usable, spent = [s for s in suspects if has_room(level, s, null.fit)], budget * PAIR_BUDGET * one_look(null.fit)
+    for other in others:
+        one = from_elsewhere(level, null, usable, other, spent)
+        if one is not None and not one.out:
+            independent = one.fit.solution.n_data / residual_memory(one.fit.solution)
+            if 0.5 * independent * math.log(misfit / one.fit.misfit) > math.log(RIVAL_ODDS):
+                found.append(other)
+    return tuple(found)
 
 
 def _to_the_end(level: Level, fit: JointFit) -> JointFit | None:

@@ -17,7 +17,7 @@ from undertow.comparison.by_trials import FEWEST_TRIALS, with_errors_by_trials
 from undertow.comparison.candidate import LevelDiagnosis, evidence_by_name
 from undertow.comparison.common_gains import with_common_gains
 from undertow.comparison.deviations import mean_of_own
-from undertow.comparison.elsewhere import Elsewhere
+from undertow.comparison.elsewhere import Elsewhere, that_come_closer
 from undertow.comparison.joining import MOST_EFFECTS, has_room
 from undertow.comparison.joint import free_run_error, with_own_errors
 from undertow.comparison.level import Addend, Level, Member, full_name, make_level, member_rate
@@ -78,7 +78,7 @@ part of the spring."""
 @dataclass(frozen=True)
 class Judged:
     """Verdicts of one level's groups, what was added to its equation (nothing where nothing is named), by trial the
-    free run with all that is named, and log posteriors of single laws by name."""
+    free run with all that is named, log posteriors of single laws by name, and what is left over noise (`JointFit`)."""
 
     verdicts: tuple[Verdict, ...]
     labels: tuple[str, ...]
@@ -86,6 +86,7 @@ class Judged:
     values: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     runs: Mapping[str, AugmentedRun] = field(default_factory=dict)
     evidence: Mapping[str, float] = field(default_factory=dict)
+    misfit: float = math.nan
 
 
 def judge(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence[Addend] = ()) -> tuple[Verdict, ...]:
@@ -128,10 +129,19 @@ def judge_level(
     labels = tuple(c.member.label for c in cases)
     if not any(set(diagnosis.best.names) <= set(answer.verdict) for answer in answers if diagnosis.named):
         # what is not said does not stand in water
-        return Judged(verdicts, labels, runs=runs, evidence=evidence_by_name(diagnosis))
+        return Judged(verdicts, labels, runs=runs, evidence=evidence_by_name(diagnosis), misfit=fit.misfit)
     errors = {n: fit.solution.stderr(n) for n in fit.solution.problem.names}
     numbers = {n: (v, errors[n]) for n, v in fit.values.items() if "." in n}
-    return Judged(verdicts, labels, fit.addends, numbers, runs, evidence_by_name(diagnosis))
+    return Judged(verdicts, labels, fit.addends, numbers, runs, evidence_by_name(diagnosis), fit.misfit)
+
+
+def lacking_as_elsewhere(
+    cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence[Addend], others: Sequence[Elsewhere],
+    alone: Judged, budget: float = 1.0,
+) -> tuple[Elsewhere, ...]:
+    """Those of what other waters lack with which a level that was judged ``alone`` is worth another search."""
+    level = at_its_own_sizes(make_level([_member(c) for c in cases], standing))
+    return that_come_closer(level, suspects, others, alone.misfit, budget)
 
 
 def _with_evidence(level: Level, verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest) -> Verdict:

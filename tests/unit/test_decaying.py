@@ -96,6 +96,12 @@ NO_DECAY = {
                        r"one before, and lies still from .* s on: it was caught or stopped; set trials\.window\.end_s"),
     "held again": (np.where(T < 8.0, free(T), np.where(T < 9.5, 0.9, 0.9 * free(T - 9.5, held=0.0))),
                    r"it stays on one side for .* from .* s on, and a swing of .* it is held again; set trials\.window"),
+    "held again for less than half a period": (
+        np.where(T < 8.0, free(T), np.where(T < 8.44, 0.9, 0.9 * free(T - 8.44, held=0.0))),
+        r"it stays on one side for .* from .* s on, and a swing of .* it is held again; set trials\.window"),
+    "pulled out slowly again": (
+        np.where(T < 8.0, free(T), np.where(T < 10.0, 0.45 * (T - 8.0), 0.9 * free(T - 10.0, held=0.0))),
+        r"it stays on one side for .* from .* s on, and a swing of .* it is held again; set trials\.window"),
     "never let go": (1.0 + 1e-3 * T, r"it goes from .* to .* m and never turns: the record ends"),
 }  # fmt: skip
 DECAYS = {

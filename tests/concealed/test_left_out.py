@@ -142,6 +142,30 @@ def test_a_verdict_of_two_trials_says_what_fits_without_each_miss():
     assert entry["augmented"]["held_out_nrmse"] is None
 
 
+def test_what_another_spring_says_of_a_lone_trial_is_said_once():
+    level, _, _ = two_springs()
+    cases = [
+        Case({"spring": one.label}, one.label, one, (), Described(0.4), 0.004, 0.05, len(one.motions), False, True)
+        for one in level.members
+    ]  # fmt: skip
+    short, long = judge(cases, chosen(("relaxation", "cubic_stiffness")))
+    assert short.verdict == long.verdict == ("relaxation",)
+    assert "With the numbers that the other spring's trials (long) alone give" in short.sentence
+    assert "Predicted by" not in short.sentence
+    assert "Predicted by fits without it, each of its 2 trials is missed by" in long.sentence
+    assert math.isfinite(short.augmented.cross_validated_nrmse)
+
+
+def test_trials_left_out_beside_a_force_have_only_its_size_and_phase_fitted():
+    tone = ((registry.find("external_forcing", frequency_rad_per_s=7.0, phase_rad=0.4), 900.0),)
+    group = member("short", SHORT[1:], 6300, tone)
+    case = Case({"spring": "short"}, "spring short", group, (), Described(0.4), 0.004, 0.05, 2, False, True)
+    (verdict,) = judge([case], chosen(("external_forcing", "cubic_stiffness")))
+    assert verdict.verdict == ("external_forcing",)
+    assert verdict.augmented.cross_validated_nrmse < 0.5 * verdict.baseline.cross_validated_nrmse
+    assert "2 trials, with only that trial's size and phase of the force fitted, is missed by" in verdict.sentence
+
+
 def test_beside_a_force_of_its_own_an_unseen_trials_error_is_told_apart(monkeypatch):
     tone = ((registry.find("external_forcing", frequency_rad_per_s=7.0, phase_rad=0.4), 900.0),)
     group = member("short", SHORT, 6200, tone)

@@ -218,7 +218,8 @@ def _verdict(
     if any(a.differs for a in added):
         held = math.nan  # what is an unseen trial's own, no other trial says
     own = any(a.of_its_own for a in added)
-    told = "" if case.held or any(map(math.isfinite, moved.values())) else left_out_words(apart, len(case.trials), own)
+    said = len(case.trials) == 1 and any(map(math.isfinite, moved.values()))  # the same, of the other spring alone
+    told = "" if said else left_out_words(apart, len(case.trials), own)
     if own and case.held:
         apart = LeftOut(case.baseline.held_out_nrmse, held)
     found = addition_parameters(fit, case.member.label, member_rate(case.member))

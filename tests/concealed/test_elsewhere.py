@@ -58,6 +58,15 @@ def test_a_fit_begins_at_the_numbers_of_the_other_water():
     assert begins[0].additions[0].start == 2.0e7  # another spring's, where this one has none
 
 
+def test_it_is_fitted_in_one_window_and_in_growing_ones_for_either_can_end_beside_the_answer(monkeypatch):
+    level, null = lacking_both()
+    tried, plain = [], fit_joint
+    monkeypatch.setattr(module, "fit_joint", lambda at, addends, memory, known, misfit, growing, quick=False: (
+        tried.append((growing, quick)), plain(at, addends, memory, known, misfit, growing, quick))[1])
+    from_elsewhere(level, Candidate((), null, 0.0), [found(n) for n in NAMES], there(*NAMES, **NEAR), 1e12)
+    assert tried == [(False, True), (True, True), (False, False)]
+
+
 def test_nothing_is_tried_of_a_law_that_is_no_suspect_here_or_beyond_the_budget():
     level, null = lacking_both()
     plain = Candidate((), null, 0.0)
@@ -107,6 +116,8 @@ def test_another_search_is_worth_it_where_what_others_lack_comes_closer_than_wha
     assert that_come_closer(level, suspects, [both], null.misfit) == (both,)
     assert that_come_closer(level, suspects, [both], 0.9) == ()
     assert that_come_closer(level, suspects, [both], float("nan")) == ()
+    without = make_level([member("short", SHORT, 8200)])
+    assert that_come_closer(without, suspects, [both], 100.0) == ()  # its numbers mean nothing there
     assert that_come_closer(level, suspects[:1], [both], null.misfit) == ()  # it is no suspect here
     assert that_come_closer(level, suspects, [both], null.misfit, budget=1e-9) == ()
     case = SimpleNamespace(member=level.members[0])

@@ -45,11 +45,12 @@ class Elsewhere:
         return bool(self.addends) and not any(addend.frees or addend.late for addend in self.addends)
 
     def beginning(self) -> tuple[Addend, ...]:
-        """The addends that begin at their numbers there; each spring's own, or the mean where a spring is another."""
+        """The addends that begin at their numbers there; each spring's own, or the mean where a spring is another, and
+        what is each trial's own where it began there."""
         return tuple(
-            replace(d, additions=tuple(replace(a, start=self._number(f"{d.prefix}.{a.name}", a.start)) if
-                                       a.scope != "trial" else a for a in d.additions))
-            for d in self.addends
+            replace(d, additions=tuple(
+                replace(a, start=self._number(f"{d.prefix}.{a.name}", a.start)) for a in d.additions
+            )) for d in self.addends
         )  # fmt: skip
 
     def _number(self, name: str, otherwise: float) -> float:

@@ -5,14 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
 import pytest
 
 from tests.concealed.test_diagnosis import SHORT, member
 from tests.concealed.test_small_effects import found
+from undertow.comparison import score_test
 from undertow.comparison.candidate import LevelDiagnosis
 from undertow.comparison.joint import fit_joint
 from undertow.comparison.level import make_level
-from undertow.comparison.score_test import Stands, linear_estimate
+from undertow.comparison.score_test import Stands, linear_estimate, places
 from undertow.comparison.search import diagnose
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.dry_check import CERTAIN, dry_answer
@@ -68,3 +70,23 @@ def test_one_linear_step_gives_the_size_and_its_error():
     size, error = linear_estimate(level, Stands.of(fit), law)
     assert error > 0.0
     assert size == pytest.approx(2.0e6, abs=4.0 * error)
+
+
+@pytest.mark.parametrize(("name", "largest"), [("cubic_stiffness", 1e188), ("presliding", 1e188)])
+def test_a_place_from_which_a_body_falls_says_nothing(monkeypatch, name, largest):
+    """Beside an unstable rest position what moves the start grows without end: its square was no number, and the whole
+    level had no verdict."""
+    level = make_level([member("short", SHORT, 2001)])
+    stands, law = Stands.of(fit_joint(level, (), 1.0, {}, 10.0, growing=True)), found(name)
+    assert any(place.columns for place in places(level, stands, law))
+    plain, seen = score_test.output_error.residuals, []
+
+    def falls(trial, values):
+        r, jac, used = plain(trial, values)
+        seen.append(trial.name)
+        return (r * largest if len(seen) % 2 == 0 else r), np.full_like(jac, largest), used
+
+    monkeypatch.setattr(score_test.output_error, "residuals", falls)
+    assert [(place.columns, place.gain) for place in places(level, stands, law)] == [((), 0.0)] * len(
+        law.grid(level.scales)
+    )

@@ -28,6 +28,9 @@ TINY = 1e-6
 SKIPPED_AT_ZERO = frozenset({"ge", "kb"})
 """Slots without whose value the integrator leaves out the whole law, its sensitivity too."""
 
+LARGEST = 1e100
+"""Of a column, in units of the noise: beyond, its square leaves every bound."""
+
 
 @dataclass(frozen=True)
 class GridPlace:
@@ -136,13 +139,19 @@ def _place(level: Level, stands: Stands, label: str, additions: tuple[Addition, 
     for trial in solution.problem.trials:
         reduced = _reduced(level, trial, solution.values, additions, names)
         got = output_error.residuals(reduced, np.zeros(len(names)))
-        if got is None or not np.all(np.isfinite(got[1])):
+        if got is None or not _can_be_squared(got[1]):
             return GridPlace(label, additions, 0.0)
         columns.append((got[1], got[2]))
     cross, own, step, gain = _stepped(stands, columns, len(names))
     additions = started(level, additions, step)
     moved = _beside(stands, additions, names, cross)
     return GridPlace(label, additions, gain, tuple(columns), cross, own, beside=moved)
+
+
+def _can_be_squared(columns: Array) -> bool:
+    """Whether products of these columns are numbers: beside a place from which a body falls what moves its start grows
+    without end."""
+    return bool(np.all(np.abs(columns) < LARGEST))
 
 
 def _beside(stands: Stands, additions: tuple[Addition, ...], names: list[str], cross: Array) -> Array:
@@ -178,7 +187,7 @@ def _switched(level: Level, stands: Stands, label: str, additions: tuple[Additio
                 base[new], base[old] = base[new] + base[old], 0.0
             base[SLOT[a.slot]] = a.start
         before, after = (output_error.residuals(replace(plain, base=b), none) for b in (plain.base, base))
-        if before is None or after is None or not np.all(np.isfinite(after[0])):
+        if before is None or after is None or not _can_be_squared(after[0]):
             return GridPlace(label, additions, 0.0)
         columns.append(((after[0] - before[0])[:, None], np.zeros(1, dtype=np.int64)))
     cross, own, step, _ = _stepped(stands, columns, 1)

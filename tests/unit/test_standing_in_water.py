@@ -49,7 +49,7 @@ def test_a_level_that_does_not_bear_what_dry_trials_need_is_judged_without(monke
 
     monkeypatch.setattr(judgement, "judge_level", judge_level)
     case = Case({"spring": "short"}, "spring short", None, (), Described(0.3, math.nan), 0.01, 0.05, 1, False, True)
-    level = SimpleNamespace(cases=(case,), told=())
+    level = judgement._Together((case,), ())
     (found,), here = judgement._Judge(())._judged(level, standing)
     assert here == used
     assert found.dry_unknown == said
@@ -62,7 +62,7 @@ def test_a_level_that_bears_nothing_says_why(monkeypatch):
     monkeypatch.setattr(judgement, "judge_level", judge_level)
     member = SimpleNamespace(label="short", motions=())
     case = Case({"spring": "short"}, "spring short", member, (), Described(0.3, math.nan), 0.01, 0.05, 1, False, True)
-    level = SimpleNamespace(cases=(case,), told=())
+    level = judgement._Together((case,), ())
     (said,) = judgement._Judge(())._judged(level, (BRISTLES, JOINT)).verdicts
     assert (said.status, said.because) == ("cannot_tell", "no suspect could be tried: the motion leaves every bound")
 
@@ -75,7 +75,7 @@ def test_a_number_per_kilogram_of_the_dry_body_does_not_stand_in_water(monkeypat
     case = Case({"spring": "short"}, "spring short", None, (), Described(0.3, math.nan), 0.01, 0.05, 1, False, True)
     case = SimpleNamespace(member=SimpleNamespace(label="short", model=SimpleNamespace(specimen=None)), also=case)
     task = SimpleNamespace(anchor=SimpleNamespace(known=known))
-    level = SimpleNamespace(cases=(case,), tasks=(task,), told=())
+    level = judgement._Together((case,), (task,))
     assert judgement._Judge((), (JOINT,))(level) == used
 
 

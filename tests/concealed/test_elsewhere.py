@@ -12,8 +12,10 @@ from tests.concealed.test_diagnosis import SHORT, member
 from tests.concealed.test_small_effects import found
 from undertow.campaign.run.other_waters import told_by_others
 from undertow.comparison import elsewhere as module
+from undertow.comparison import search
 from undertow.comparison.candidate import Candidate
 from undertow.comparison.elsewhere import Elsewhere, from_elsewhere, that_come_closer
+from undertow.comparison.joining import log_prior
 from undertow.comparison.joint import JointFit, fit_joint
 from undertow.comparison.level import Addend, Level, make_level
 from undertow.comparison.search import _Search, diagnose
@@ -100,7 +102,23 @@ def test_what_one_law_alone_hid_is_an_answer_where_another_water_tells_both(monk
     assert len(alone.best.names) < 2
     told = diagnose(level, suspects, elsewhere=[there(*NAMES, **NEAR)])
     assert set(told.best.names) == set(NAMES)
-    assert any(set(c.names) == set(NAMES) for c in told.candidates)
+    (both,) = (c for c in told.candidates if set(c.names) == set(NAMES))
+    assert both.log_prior == pytest.approx(log_prior(both.suspects, len(suspects), clean_when_dry=False))
+    with monkeypatch.context() as patch:
+        patch.setattr(search, "from_elsewhere", lambda *_: replace(both, out="its numbers mean nothing"))
+        assert diagnose(level, suspects, elsewhere=[there(*NAMES, **NEAR)]).best.names == alone.best.names
+    believed = _Search._prior
+    monkeypatch.setattr(_Search, "_prior", lambda self, many: believed(self, many) - 1e6 * (len(many) > 1))
+    assert diagnose(level, suspects, elsewhere=[there(*NAMES, **NEAR)]).best.names == alone.best.names
+
+
+def test_a_wider_form_of_a_law_is_the_suspect_that_has_it():
+    level, _ = lacking_both()
+    plain, wider = found("hidden_resonator"), found("hidden_resonator", "amplitude-dependent")
+    more = Addend("hidden_resonator#2", wider.additions(level.scales, wider.starts(level.scales)[0]))
+    assert module._like(more, [plain, wider], level) is wider
+    assert module._like(more, [plain], level) is plain
+    assert module._like(more, [found("cubic_stiffness")], level) is None
 
 
 def test_what_is_not_there_is_no_answer_though_another_water_lacks_it():
@@ -173,6 +191,10 @@ def test_no_water_tells_what_it_is_not_sure_of_what_the_dry_trials_lack_or_a_sen
     known = judged("explained", "cubic_stiffness")  # which the dry trials need: it is no part of what others lack
     sure = judged("explained", "hidden_resonator", addends=(addend("hidden_resonator"),))
     assert not told_by_others(0, [known, sure], standing=["cubic_stiffness"])
+    part = judged("explained", "cubic_stiffness", "hidden_resonator")  # the first of which the dry trials need
+    more = judged("explained", "x", addends=(addend("hidden_resonator"), addend("relaxation")))
+    assert told_by_others(0, [part, more], standing=["cubic_stiffness"]).elsewhere
+    assert not told_by_others(0, [part, more])
     assert not told_by_others(0, [lost, judged("explained", "gain_error", addends=(addend("gain_error"),))])
     late = replace(addend("hidden_resonator"), late=1.0)
     assert not told_by_others(0, [lost, judged("explained", "imperfect_release", addends=(late,))])

@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 
+import pandas as pd
 import pytest
 
 from tests.concealed.test_diagnosis import SHORT, condition, member, recording
@@ -24,6 +25,8 @@ from undertow.discrepancy.validation import score
 from undertow.discrepancy.verdict import Described
 from undertow.equation import registry
 from undertow.errors import IdentificationError
+from undertow.front.diagnosed import DiagnosedGroup
+from undertow.front.opening import OpenedGroup
 from undertow.report.verdict_file import group_json
 
 RELAXES = ((registry.find("relaxation", time_s=0.2), 6e4),)
@@ -177,3 +180,17 @@ def test_beside_a_force_of_its_own_an_unseen_trials_error_is_told_apart(monkeypa
     assert verdict.augmented.cross_validated_nrmse < 0.1
     assert verdict.baseline.cross_validated_nrmse == 0.4
     assert "as prescribed, by" not in verdict.sentence  # it says so of the trial that was held back
+
+
+@pytest.mark.parametrize(
+    ("held", "apart", "score"), [(0.2, math.nan, 0.8), (math.nan, 0.3, 0.7), (math.nan, math.nan, 0.9)]
+)
+def test_a_groups_score_is_of_trials_held_out_or_left_out_in_turn_before_those_that_were_fitted(held, apart, score):
+    row = {
+        "held_out_repaired": held, "held_out_error": math.nan, "left_out_repaired": apart, "error_repaired": 0.1,
+        "error": 0.4,
+    }  # fmt: skip
+    assert OpenedGroup._own_score(SimpleNamespace(row=row)) == pytest.approx(score)
+    errors = [held, 0.1] if math.isfinite(held) else [0.1, 0.1]
+    table = pd.DataFrame({"error_repaired": errors, "error": [0.4, 0.4], "held_out": [math.isfinite(held), False]})
+    assert DiagnosedGroup._own_score(SimpleNamespace(row=row, trial_table=table)) == pytest.approx(score)

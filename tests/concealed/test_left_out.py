@@ -104,6 +104,9 @@ def test_nothing_is_left_out_where_trials_are_held_back_nothing_is_named_or_each
     level, null, fit = pair()
     assert left_out(level, cases(level, held=level.members[0].motions[:1]), named(null, fit)) == (NOTHING,)
     assert left_out(level, cases(level), named(null, fit, named=False)) == (NOTHING,)
+    (one,) = level.members
+    many = replace(level, members=(replace(one, motions=(*one.motions, *member("short", SHORT, 6150).motions[:1])),))
+    assert left_out(many, cases(many), named(null, fit)) == (NOTHING,)  # three, none of which the config holds back
     differing = replace(fit.addends[0].additions[0], slot="mass", scope="trial", prior_std=1.0)
     heavier = replace(fit, addends=(replace(fit.addends[0], additions=(differing,)),))
     assert differing.differs

@@ -22,11 +22,15 @@ from undertow.discrepancy.case import Case
 from undertow.discrepancy.validation import median_error, score
 from undertow.errors import IdentificationError
 
+MOST = 2
+"""Trials of a group up to which each is left out: from three on one is held back, unless the config asks for none, and
+every fold is two fits of the whole level."""
+
 
 @dataclass(frozen=True)
 class LeftOut:
     """Median nrmse of a group's trials, each predicted by fits without it: of the prescribed equation and of what is
-    named; nan where trials were held back, or no other trial says its numbers."""
+    named; nan where trials were held back or are more than `MOST`, or no other trial says its numbers."""
 
     before: float = math.nan
     after: float = math.nan
@@ -46,6 +50,8 @@ def left_out(level: Level, cases: Sequence[Case], diagnosis: LevelDiagnosis) -> 
 def _of_group(level: Level, member: Member, null: JointFit, fit: JointFit) -> LeftOut:
     """The same of one group; of a lone trial as the level's other springs in its water tell it, beside its dry k."""
     lone = len(member.motions) == 1
+    if len(member.motions) > MOST:
+        return LeftOut()
     if lone and (len(level.members) == 1 or member.model.fixed is None or _of_its_spring(fit.addends)):
         return LeftOut()
     errors = []

@@ -74,6 +74,38 @@ def beside_its_null(*hidden: object, seed: int = 2000) -> NullTest:
     return null_test(level, suspects, fit, (Candidate((), fit, 0.0),))
 
 
+@pytest.mark.parametrize(
+    ("p_value", "room", "passes"),
+    [(0.11, 2e7, [1000]), (0.09, 2e7, [1000, 8000]), (0.0011, 2e7, [1000, 8000]), (0.0009, 2e7, [1000]),
+     (0.09, 1.0, [400, 3200])],
+)  # fmt: skip
+def test_a_p_value_near_its_limit_of_one_in_a_hundred_is_worked_out_with_more_replicas(p_value, room, passes):
+    level, fit = quiet()
+    asked, scored, ranked = [], null_module._scored, null_module._ranked
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(null_module, "_scored", lambda *given: (asked.append(given[-1]), scored(*given[:-1], 100))[1])
+        patch.setattr(null_module, "ROOM", room)
+        patch.setattr(null_module, "_ranked", lambda *given: replace(ranked(*given), p_value=p_value))
+        null_test(level, [found("cubic_stiffness")], fit, ())
+    assert asked == passes
+
+
+def test_a_p_value_near_its_limit_hardly_depends_on_what_is_drawn():
+    level, fit = calibrated(1.02)
+    laws = [found(name) for name in ("gain_error", "cubic_stiffness", "stribeck_friction")]
+    real, spread = np.random.default_rng, {}
+    for closer in (1, null_module.CLOSER):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(null_module, "CLOSER", closer)
+            patch.setattr(null_module, "NEAR", math.inf)
+            logs = []
+            for seed in range(8):
+                patch.setattr(null_module.np.random, "default_rng", lambda _, seed=seed: real(seed))
+                logs.append(math.log(null_test(level, laws, fit, ()).p_value))
+            spread[closer] = np.std(logs)
+    assert spread[null_module.CLOSER] < 0.6 * spread[1]
+
+
 INSTRUMENTS = ("time_shift", "gain_error", "sensor_drift", "imperfect_release")
 
 

@@ -10,9 +10,8 @@ import pytest
 
 from undertow.campaign.run import judgement
 from undertow.campaign.run.judgement import _Judge, _Together
-from undertow.campaign.run.other_waters import FromOthers, told_by_others, with_the_reason
+from undertow.campaign.run.other_waters import told_by_others, with_the_reason
 from undertow.comparison.candidate import evidence_by_name
-from undertow.comparison.elsewhere import Elsewhere
 from undertow.comparison.joining import LAWS_DIFFER, told_by_other_waters
 from undertow.comparison.suspects import SUSPECTS
 from undertow.discrepancy.judge import Judged
@@ -33,11 +32,11 @@ SURE = said("explained", ("linear_damping",), (), {"linear_damping": 30.0, "drag
 
 def test_only_a_water_of_which_the_others_change_what_is_likely_is_judged_beside_them():
     assert not told_by_others(1, [UNTOLD, SURE])
-    told = dict(told_by_others(0, [UNTOLD, SURE]).told)
+    told = dict(told_by_others(0, [UNTOLD, SURE]))
     assert told["linear_damping"] == pytest.approx(math.log(3.0), abs=0.02)
     assert told["drag_exponent"] == pytest.approx(math.log(LAWS_DIFFER + 3.0 * math.exp(-10.0)), abs=0.02)
-    assert told_by_others(0, [UNTOLD, said("cannot_tell")]) == FromOthers()
-    assert told_by_others(0, [SURE, SURE]) == FromOthers()
+    assert told_by_others(0, [UNTOLD, said("cannot_tell")]) == ()
+    assert told_by_others(0, [SURE, SURE]) == ()
     agrees = said("not_identifiable", ("linear_damping",), (("relaxation",),), {"linear_damping": 9.0})
     assert not told_by_others(0, [agrees, SURE])  # no free decay separates them: no other water does
     by_more_than_evidence = said("explained", ("drag_exponent",), (), {"drag_exponent": 9.0, "linear_damping": 15.0})
@@ -91,20 +90,12 @@ def test_evidence_is_of_laws_of_the_body_with_sound_numbers():
 
 
 def test_a_water_is_judged_with_what_the_others_tell_and_kept_apart_from_without(monkeypatch, tmp_path):
-    asked, kept, closer = [], [], []
-    monkeypatch.setattr(judgement, "judge_level", lambda *given: (asked.append(given[-2:]), SURE)[1])
-    monkeypatch.setattr(judgement, "lacking_as_elsewhere", lambda *given: tuple(closer))
+    asked, kept = [], []
+    monkeypatch.setattr(judgement, "judge_level", lambda *given: (asked.append(given[-1]), SURE)[1])
     monkeypatch.setattr(judgement.checkpoints, "save_verdicts", lambda found, path: kept.append(path.name))
     monkeypatch.setattr(judgement, "in_water", lambda *_: ())
-    more = Elsewhere((), (("hidden_resonator.mass_kg", 2.0),))
-    plain = _Together((), ())
-    beside = replace(plain, elsewhere=(more,), alone=UNTOLD)
-    judge = _Judge((), folder=tmp_path)
+    plain, judge = _Together((), ()), _Judge((), folder=tmp_path)
     judge(plain)
-    judge(replace(plain, told=(("relaxation", 1.0),), alone=UNTOLD))
-    assert judge(beside) is UNTOLD  # what others lack comes no closer: no other search
-    assert asked == [({}, ()), ({"relaxation": 1.0}, ())]
-    closer.append(more)
-    assert judge(beside) is SURE
-    assert asked[-1] == ({}, (more,))
-    assert len(set(kept)) == 3
+    judge(replace(plain, told=(("relaxation", 1.0),)))
+    assert asked == [{}, {"relaxation": 1.0}]
+    assert len(set(kept)) == 2

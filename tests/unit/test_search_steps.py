@@ -69,15 +69,25 @@ def test_a_law_taken_whole_gains_what_it_takes_off_half_the_squares_and_never_le
     assert _gain_whole(stands, np.zeros((1, 1)), np.array([[law @ law]]), step) == pytest.approx(max(gained, 0.0))
 
 
-@pytest.mark.parametrize(("samples", "draws"), [(1_000, 1000), (40_000, 500), (1_000_000, 400)])
-def test_a_large_level_has_as_many_replicas_as_there_is_room_for_and_no_fewer_than_400(monkeypatch, samples, draws):
+@pytest.mark.parametrize(
+    ("samples", "draws"), [(1_000, [1000]), (40_000, [500, 500]), (1_000_000, [20] * 50), (30_000_000, [1] * 1000)]
+)
+def test_residuals_of_a_large_level_are_drawn_as_many_at_a_time_as_there_is_room_for(monkeypatch, samples, draws):
     drawn = []
     monkeypatch.setattr(null_test, "replicas", lambda level, solution, left, count, rng: drawn.append(count))
+    monkeypatch.setattr(null_test, "within_reason", lambda *_: True)
+    stack = SimpleNamespace(
+        stands=SimpleNamespace(fit=SimpleNamespace(solution=None), pulled=lambda _: None),
+        scores=lambda *_: np.zeros((1, drawn[-1])),
+    )
+    halves = [SimpleNamespace(size=samples // 2)] * 2
+    with pytest.raises(AttributeError):  # all are drawn; then the recordings' own residuals are asked for
+        null_test._scored(None, stack, None, halves, np.random.default_rng(0), 1000)
+    assert drawn == draws
+    drawn.clear()
     monkeypatch.setattr(null_test, "within_reason", lambda *_: False)
-    stack = SimpleNamespace(stands=SimpleNamespace(fit=SimpleNamespace(solution=None)))
-    halves = [np.zeros(samples // 2), np.zeros(samples // 2)]
-    assert null_test._scored(None, stack, None, halves, np.random.default_rng(0)) == []
-    assert drawn == [draws]
+    assert null_test._scored(None, stack, None, halves, np.random.default_rng(0), 1000) == []
+    assert drawn == draws[:1]
 
 
 def test_a_number_is_searched_in_steps_of_about_the_size_at_which_it_starts():

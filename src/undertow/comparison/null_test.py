@@ -50,15 +50,18 @@ from undertow.comparison.suspect import Suspect
 from undertow.comparison.tail import Histogram, Tail, wilks
 from undertow.recording.recording import Array
 
-DRAWS = 1000
-"""Replicas of a level."""
+DRAWS, FEWEST_DRAWS = 1000, 400
+"""Replicas of a level, and of one so large that they have no `ROOM`."""
 
-FEWEST_DRAWS = 400
 ROOM = 2e7
-"""Numbers of all replicas' residuals together at most (160 MB); larger levels get fewer replicas."""
+"""Numbers of residuals of replicas at a time (160 MB)."""
 
 SIGNIFICANT = 0.01
 """Share of campaigns with nothing missing of which a level is said not to be like its null."""
+
+NEAR, CLOSER = 10.0, 8
+"""A p-value within this ratio of its limit is worked out once more, with so many times the replicas: a suspect's tail
+is continued beyond what replicas show, and of a thousand the twenty largest tell by how much."""
 
 LEAST_WEIGHT = 0.01
 """Smallest weight of a suspect's rank."""
@@ -190,19 +193,23 @@ def null_test(
     stack = Stack.of(stands, every)
     sizes = Sizes.on(level, stands, _reported(null))
     left = left_by(null, closest)
-    scored = _scored(level, stack, sizes, left, np.random.default_rng(level.trials))
     sound = [c for c in found if (c.aside or not c.out) and _looked_at(level, c)]
     alone = {p.label: [c.fit for c in sound if [s.label for s in c.suspects] == [p.label]] for p in every}
     together = {n: [c.fit for c in sound if len(c.suspects) == n] for n in {len(c.suspects) for c in sound} - {0, 1}}
     fitted = {label: _fitted_gain(null, fits) for label, fits in alone.items()}
-    shown = {s.place.label for s in scored}
-    if not shown:
-        return NullTest(math.nan)
-    fitted = {label: gain for label, gain in fitted.items() if label in shown}
     sets = {n: _fitted_gain(null, fits) for n, fits in together.items()}
     most = (1.0 + free_run_error(level, before)) * sizes.allowed
-    noise = min(sum(float(r @ r) for r in left) / sum(r.size for r in left), 1.0)
-    return replace(_ranked(scored, stack, sizes, fitted, sets, levels, noise), most=most)
+    rows = sum(r.size for r in left)
+    noise = min(sum(float(r @ r) for r in left) / rows, 1.0)
+    rng, draws = np.random.default_rng(level.trials), int(min(DRAWS, max(FEWEST_DRAWS, ROOM / rows)))
+    for many in (draws, CLOSER * draws):
+        scored = _scored(level, stack, sizes, left, rng, many)
+        if not scored:
+            return NullTest(math.nan)
+        test = _ranked(scored, stack, sizes, fitted, sets, levels, noise)
+        if not test.limit / NEAR < test.p_value < test.limit * NEAR:
+            break
+    return replace(test, most=most)
 
 
 def _looked_at(level: Level, candidate: Candidate) -> bool:
@@ -247,7 +254,8 @@ def _ranked(
     """The test from scored places; ``fitted`` are gains by label that a fit has shown, ``sets`` the same of so many
     suspects together: of a replica the sum of its largest counts. No gain is rarer among replicas than the likelihood
     itself has it (`wilks`, ``noise`` its mean square): of what priors alone tell they may be too much alike."""
-    by_label = {label: [s for s in scored if s.place.label == label] for label in fitted}
+    shown = {s.place.label for s in scored}
+    by_label = {label: [s for s in scored if s.place.label == label] for label in fitted if label in shown}
     largest = {label: np.max([s.gains for s in own], axis=0) for label, own in by_label.items()}
     observed = {label: max(fitted[label], *(s.gain for s in own)) for label, own in by_label.items()}
     ordered = np.sort(np.array(list(largest.values())), axis=0)[::-1]
@@ -297,15 +305,19 @@ def _least(every: Mapping[str, Array], weights: Mapping[str, float]) -> Array:
     return np.asarray(np.minimum(np.concatenate(list(least)), 0.0), dtype=np.float64)
 
 
-def _scored(level: Level, stack: Stack, sizes: Sizes, left: Sequence[Array], rng: np.random.Generator) -> list[Scored]:
-    """Every place with the scores of the recordings and of all replicas, none where replicas are no motions; ``left``
-    as in `replicas.left_by`."""
-    draws = int(min(DRAWS, max(FEWEST_DRAWS, ROOM / sum(r.size for r in left))))
-    stands = stack.stands
-    residuals = replicas(level, stands.fit.solution, left, draws, rng)
-    if not within_reason(stands.fit.solution, residuals):
-        return []
-    noise = stack.scores(residuals, stands.pulled(residuals))
+def _scored(
+    level: Level, stack: Stack, sizes: Sizes, left: Sequence[Array], rng: np.random.Generator, draws: int
+) -> list[Scored]:
+    """Every place with the scores of the recordings and of so many replicas, none where replicas are no motions;
+    ``left`` as in `replicas.left_by`."""
+    stands, parts = stack.stands, []
+    at_once = int(max(1, min(draws, ROOM // sum(r.size for r in left))))
+    for start in range(0, draws, at_once):
+        residuals = replicas(level, stands.fit.solution, left, min(at_once, draws - start), rng)
+        if not within_reason(stands.fit.solution, residuals):
+            return []
+        parts.append(stack.scores(residuals, stands.pulled(residuals)))
+    noise = np.hstack(parts)
     observed = stack.scores([r[:, None] for r in stands.fit.solution.residuals], stands.gradient[:, None])[:, 0]
     widths = believed_widths(level, stands.fit.solution)
     measures = [sizes.measure(place) for place in stack.places]

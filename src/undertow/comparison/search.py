@@ -20,7 +20,6 @@ from undertow.comparison.after_release import shows_later
 from undertow.comparison.attempt import from_pair
 from undertow.comparison.candidate import Candidate, LevelDiagnosis, conclude
 from undertow.comparison.clock import changes
-from undertow.comparison.elsewhere import Elsewhere, from_elsewhere
 from undertow.comparison.explained import ALL, NEARLY_ALL, SLIDING, asked, beyond_doubt, biases, explains, hides
 from undertow.comparison.joining import MOST_EFFECTS, PRIOR_NOTHING, has_room, may_pair
 from undertow.comparison.joint import at_memory, free_run_error, missed_share
@@ -74,7 +73,6 @@ class _Search(Trying):
         self.best, self.error = self._beside_a_hook() or (self.best, self.error)
         self.best, self.error = self._hiding_beside() or (self.best, self.error)
         self.best, self.error = self._in_place_of_two() or (self.best, self.error)
-        self.best, self.error = self._as_elsewhere() or (self.best, self.error)
 
     def _overwhelming(self) -> Candidate | None:
         """The most probable single law against which nothing but its size speaks; None where there is none."""
@@ -145,16 +143,6 @@ class _Search(Trying):
         both = set(self.best.suspects)
         more = max((c.score for c in self.found if not c.out and both < set(c.suspects)), default=-math.inf)
         return self._other_pair(self.best.suspects) if len(both) == 2 and more > self.best.score + ODDS else None
-
-    def _as_elsewhere(self) -> tuple[Candidate, float] | None:
-        """What other waters of the rig lack, from their numbers, with the free run's error, where it is more probable
-        than what stands."""
-        spent = attempt.PAIR_BUDGET * self._one_look()
-        tried = (from_elsewhere(self.level, self.null, self.suspects, one, spent) for one in self.elsewhere)
-        found = self._first([replace(c, log_prior=self._prior(c.suspects)) for c in tried if c is not None])
-        self.found += found
-        able = sorted((c for c in found if not c.out and c.score > self.best.score + ODDS), key=lambda c: -c.score)
-        return self._worthwhile(able, 1.0)
 
     def _other_pair(self, taken: Sequence[Suspect]) -> tuple[Candidate, float] | None:
         """The most probable pair that begins with a single effect of another name than those taken, with the free run's
@@ -342,7 +330,7 @@ class _Search(Trying):
 
 def diagnose(
     level: Level, suspects: Sequence[Suspect], clean_when_dry: bool = False, budget: float = 1.0,
-    told: Mapping[str, float] | None = None, elsewhere: Sequence[Elsewhere] = (),
+    told: Mapping[str, float] | None = None,
 ) -> LevelDiagnosis:
     """Search one level for what its equation lacks.
 
@@ -352,15 +340,14 @@ def diagnose(
     Evidence alone would name effects that no free run shows (a gram of water, an amplifier's smoothing): what is named
     must also bring the free run of the training trials closer by `WORTH` of `Member.allowed`. Further effects are
     looked for until it is as close as repetitions and no more than noise is left; an equation that had ended short of
-    its optimum is searched again. ``budget`` multiplies what may be spent, ``told`` is what other waters add to priors,
-    ``elsewhere`` what they lack.
+    its optimum is searched again. ``budget`` multiplies what may be spent, ``told`` is what other waters add to priors.
 
     Raises IdentificationError where not even the prescribed equation can be fitted.
     """
     null = Candidate((), plain_fit(level), math.log(PRIOR_NOTHING))
     usable = [s for s in suspects if has_room(level, s, null.fit)]
-    found, again = _Search(level, usable, null, clean_when_dry, budget, told or {}, elsewhere).run(), FURTHER
+    found, again = _Search(level, usable, null, clean_when_dry, budget, told or {}).run(), FURTHER
     while again and (null_on := further_on(level, found.null, found.candidates, found.best)) is not None:
-        on = _Search(level, usable, null_on, clean_when_dry, budget, told or {}, elsewhere)
+        on = _Search(level, usable, null_on, clean_when_dry, budget, told or {})
         found, again = on.run(), again - 1
     return found

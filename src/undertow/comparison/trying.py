@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 from undertow.comparison import attempt, explained
 from undertow.comparison.attempt import REFINED, from_places, from_starts
 from undertow.comparison.candidate import RIVAL_ODDS, Candidate, Screened
-from undertow.comparison.elsewhere import Elsewhere
 from undertow.comparison.joining import log_prior, may_join
 from undertow.comparison.joint import free_run_error, missed_share
 from undertow.comparison.level import Level
@@ -59,7 +58,6 @@ class Trying:
     clean_when_dry: bool
     budget: float = 1.0
     told: Mapping[str, float] = field(default_factory=dict)
-    elsewhere: Sequence[Elsewhere] = ()
 
     def __post_init__(self) -> None:
         self.unfinished: list[str] = []

@@ -17,7 +17,6 @@ from undertow.comparison.by_trials import FEWEST_TRIALS, with_errors_by_trials
 from undertow.comparison.candidate import LevelDiagnosis, evidence_by_name
 from undertow.comparison.common_gains import with_common_gains
 from undertow.comparison.deviations import mean_of_own
-from undertow.comparison.elsewhere import Elsewhere, that_come_closer
 from undertow.comparison.joining import MOST_EFFECTS, has_room
 from undertow.comparison.joint import free_run_error, with_own_errors
 from undertow.comparison.level import Addend, Level, Member, full_name, make_level, member_rate
@@ -78,7 +77,7 @@ part of the spring."""
 @dataclass(frozen=True)
 class Judged:
     """Verdicts of one level's groups, what was added to its equation (nothing where nothing is named), by trial the
-    free run with all that is named, log posteriors of single laws by name, and what is left over noise (`JointFit`)."""
+    free run with all that is named, and log posteriors of single laws by name."""
 
     verdicts: tuple[Verdict, ...]
     labels: tuple[str, ...]
@@ -86,7 +85,6 @@ class Judged:
     values: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     runs: Mapping[str, AugmentedRun] = field(default_factory=dict)
     evidence: Mapping[str, float] = field(default_factory=dict)
-    misfit: float = math.nan
 
 
 def judge(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence[Addend] = ()) -> tuple[Verdict, ...]:
@@ -97,15 +95,13 @@ def judge(cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence
 def judge_level(
     cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence[Addend] = (), budget: float = 1.0,
     levels: int = 1, dry: Sequence[Case] = (), told: Mapping[str, float] | None = None,
-    elsewhere: Sequence[Elsewhere] = (),
 ) -> Judged:
     """As `judge`, with what was added: what dry trials need, their wet groups need too. ``budget`` as in `diagnose`,
     ``levels`` of how many of the campaign this is one: each may stand out by chance; ``dry`` are the campaign's dry
-    groups to whose equation nothing was added, ``told`` what other waters say of laws (`joining`), ``elsewhere`` what
-    they lack."""
+    groups to whose equation nothing was added, ``told`` what other waters say of laws (`joining`)."""
     level = at_its_own_sizes(make_level([_member(c) for c in cases], standing))
     clean = all(c.has_dry and not c.dry for c in cases) and not standing
-    diagnosis = supported(diagnose(level, suspects, clean, budget, told, elsewhere))
+    diagnosis = supported(diagnose(level, suspects, clean, budget, told))
     tested = null_test(level, suspects, diagnosis.null.fit, diagnosis.candidates, levels, diagnosis.looks)
     moved = ({},) * len(cases) if not diagnosis.named else from_other_springs(
         level, diagnosis.best.fit, [(*c.member.motions, *c.held) for c in cases]
@@ -129,19 +125,10 @@ def judge_level(
     labels = tuple(c.member.label for c in cases)
     if not any(set(diagnosis.best.names) <= set(answer.verdict) for answer in answers if diagnosis.named):
         # what is not said does not stand in water
-        return Judged(verdicts, labels, runs=runs, evidence=evidence_by_name(diagnosis), misfit=fit.misfit)
+        return Judged(verdicts, labels, runs=runs, evidence=evidence_by_name(diagnosis))
     errors = {n: fit.solution.stderr(n) for n in fit.solution.problem.names}
     numbers = {n: (v, errors[n]) for n, v in fit.values.items() if "." in n}
-    return Judged(verdicts, labels, fit.addends, numbers, runs, evidence_by_name(diagnosis), fit.misfit)
-
-
-def lacking_as_elsewhere(
-    cases: Sequence[Case], suspects: Sequence[Suspect], standing: Sequence[Addend], others: Sequence[Elsewhere],
-    alone: Judged, budget: float = 1.0,
-) -> tuple[Elsewhere, ...]:
-    """Those of what other waters lack with which a level that was judged ``alone`` is worth another search."""
-    level = at_its_own_sizes(make_level([_member(c) for c in cases], standing))
-    return that_come_closer(level, suspects, others, alone.misfit, budget)
+    return Judged(verdicts, labels, fit.addends, numbers, runs, evidence_by_name(diagnosis))
 
 
 def _with_evidence(level: Level, verdict: Verdict, case: Case, diagnosis: LevelDiagnosis, tested: NullTest) -> Verdict:

@@ -34,7 +34,7 @@ from undertow.discrepancy.verdict import Described, Gate, PhysicalCheck, Rejecte
 from undertow.equation import registry
 from undertow.equation.equation import Equation
 from undertow.likelihood.fit import Fit
-from undertow.quantities import Estimate, or_nan
+from undertow.quantities import Estimate
 from undertow.uncertainty.growth import Grown
 
 
@@ -80,8 +80,7 @@ def level_digest(tasks: Sequence[GroupTask], also: str) -> str:
 def save_verdicts(judged: Judged, path: Path) -> None:
     """Write the verdicts of one level, its trials' free runs and what was added to its equation."""
     kept = {name: [run.nrmse, run.residual.tolist(), run.as_measured] for name, run in judged.runs.items()}
-    added = {"addends": _plain(judged.addends), "values": _plain(judged.values), "evidence": dict(judged.evidence),
-             "misfit": judged.misfit}  # fmt: skip
+    added = {"addends": _plain(judged.addends), "values": _plain(judged.values), "evidence": dict(judged.evidence)}
     write_part(path, {"verdicts": [_plain(v) for v in judged.verdicts], "runs": kept, **added})
 
 
@@ -96,7 +95,7 @@ def load_verdicts(tasks: Sequence[GroupTask], labels: Sequence[str], path: Path)
         values = {name: (float(value), float(error)) for name, (value, error) in data["values"].items()}
         evidence = {name: float(score) for name, score in data["evidence"].items()}
         addends = _made(tuple[Addend, ...], data["addends"])
-        return Judged(verdicts, tuple(labels), addends, values, runs, evidence, or_nan(data["misfit"]))
+        return Judged(verdicts, tuple(labels), addends, values, runs, evidence)
     except (LookupError, TypeError, ValueError, AttributeError):
         return None
 

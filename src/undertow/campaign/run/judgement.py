@@ -25,14 +25,13 @@ from undertow.campaign.run.rig import (
 )
 from undertow.campaign.run.workers import Progress, on_processes
 from undertow.comparison.deviations import SLOTS, size_in
-from undertow.comparison.elsewhere import Elsewhere
 from undertow.comparison.level import Addend, Member
 from undertow.comparison.suspect import Suspect
 from undertow.comparison.suspects import chosen
 from undertow.discrepancy.case import Case
 from undertow.discrepancy.earned import NEXT, stands_in_water
 from undertow.discrepancy.findings import GroupFindings, TrialFindings
-from undertow.discrepancy.judge import Judged, judge_level, lacking_as_elsewhere, undecided
+from undertow.discrepancy.judge import Judged, judge_level, undecided
 from undertow.discrepancy.mismatch import place_words
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import count, group_title, own_words, spelled
@@ -93,10 +92,8 @@ def judged(
     place = "wet: " if config.trials.dry else ""
     wet = on_processes(judge, list(waters.values()), jobs, f"{place}what is missing", progress, _together_name)
     told = {
-        i: replace(water, told=others.told, elsewhere=others.elsewhere, alone=wet[i])
-        for i, water in enumerate(waters.values())
-        if (others := told_by_others(i, wet, {addend.prefix for addend in standing}))
-    }  # fmt: skip
+        i: replace(water, told=told) for i, water in enumerate(waters.values()) if (told := told_by_others(i, wet))
+    }
     more = on_processes(judge, list(told.values()), jobs, f"{place}beside other waters", progress, _together_name)
     wet = [*wet, *(with_the_reason(one, wet[i]) for i, one in zip(told, more, strict=True))]
     said = failed | {tuple(v.group.items()): v for judged in (*first, *wet) for v in judged.verdicts}
@@ -145,14 +142,12 @@ def _beside_unknown(cases: Sequence[Case], dry: Sequence[Judged]) -> list[Case]:
 
 @dataclass(frozen=True)
 class _Together:
-    """Groups of one water, as the judge sees them and as they were analysed; ``told`` is what other waters say of laws
-    and ``elsewhere`` what they lack, where this one was judged ``alone``."""
+    """Groups of one water, as the judge sees them and as they were analysed; ``told`` is what other waters say of
+    laws."""
 
     cases: tuple[Case, ...]
     tasks: tuple[GroupTask, ...]
     told: tuple[tuple[str, float], ...] = ()
-    elsewhere: tuple[Elsewhere, ...] = ()
-    alone: Judged | None = None
 
 
 def _together_name(one: _Together) -> str:
@@ -181,7 +176,7 @@ class _Judge:
             return self._judged(level, standing)
         free = [c.member.free_start for c in level.cases]
         cells = [dict(c.cell) for c in level.cases]
-        said = (free, cells, [(c.dry_unknown, c.dry_rivals) for c in level.cases], level.told, level.elsewhere)
+        said = (free, cells, [(c.dry_unknown, c.dry_rivals) for c in level.cases], level.told)
         also = repr((sorted(s.label for s in self.suspects), standing, *said, self.budget, self.levels))
         path = self.folder / f"verdict-{checkpoints.level_digest(level.tasks, also)}.json"
         labels = tuple(c.member.label for c in level.cases)
@@ -203,21 +198,11 @@ class _Judge:
         for standing in dict.fromkeys((here, sliding, ())):
             cases = level.cases if standing or not sliding else _unused(level.cases, sliding)
             try:
-                more, told = self._worth_another(level, cases, standing), dict(level.told)
-                if level.alone is not None and not (more or told):
-                    return level.alone
-                return judge_level(cases, self.suspects, standing, self.budget, self.levels, self.clean, told, more)
+                told = dict(level.told)
+                return judge_level(cases, self.suspects, standing, self.budget, self.levels, self.clean, told)
             except FAILURES as one:
                 reason = reason or failure(one).rstrip(".")
         return undecided(level.cases, reason)
-
-    def _worth_another(
-        self, level: _Together, cases: Sequence[Case], standing: Sequence[Addend]
-    ) -> tuple[Elsewhere, ...]:
-        """Those of what other waters lack with which a level is worth another search."""
-        if level.alone is None or not level.elsewhere:
-            return ()
-        return lacking_as_elsewhere(cases, self.suspects, standing, level.elsewhere, level.alone, self.budget)
 
 
 def _unused(cases: Sequence[Case], standing: Sequence[Addend]) -> tuple[Case, ...]:

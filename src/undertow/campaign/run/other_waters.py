@@ -1,61 +1,31 @@
-"""What the other waters of one rig tell of a water: how likely laws are, and what they lack.
+"""What the other waters of one rig tell of a water: how likely laws are.
 
 Belongs here: which waters are judged once more for that, and what is said of it. Does not belong here: how a water is
-judged (discrepancy/judge.py), what it makes of it (comparison/joining.py, comparison/elsewhere.py).
+judged (discrepancy/judge.py), what it makes of it (comparison/joining.py).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from undertow.comparison.candidate import RIVAL_ODDS
-from undertow.comparison.elsewhere import Elsewhere
 from undertow.comparison.joining import told_by_other_waters
 from undertow.discrepancy.judge import Judged
 from undertow.discrepancy.verdict import Verdict
 from undertow.discrepancy.words import spelled
 
 
-@dataclass(frozen=True)
-class FromOthers:
-    """What other waters say of laws, by name, and what they lack; false where it is nothing."""
-
-    told: tuple[tuple[str, float], ...] = ()
-    elsewhere: tuple[Elsewhere, ...] = ()
-
-    def __bool__(self) -> bool:
-        return bool(self.told or self.elsewhere)
-
-
-def told_by_others(water: int, said: Sequence[Judged], standing: Collection[str] = ()) -> FromOthers:
-    """What the others tell of one of the waters that were judged: how likely laws are, where that changes which are
-    likely beside the one that it names; and what they lack, where nobody knows what it lacks, or it is part of that
-    (``standing`` are the dry trials' own laws)."""
-    judged, others = said[water], [other for i, other in enumerate(said) if i != water]
-    evidence = [other.evidence for other in others if other.evidence]
+def told_by_others(water: int, said: Sequence[Judged]) -> tuple[tuple[str, float], ...]:
+    """What the others tell of one of the waters that were judged: by name how likely laws are, where that changes
+    which are likely beside the one that it names; nothing elsewhere."""
+    judged, others = said[water], [other.evidence for i, other in enumerate(said) if i != water]
+    evidence = [one for one in others if one]
     told = told_by_other_waters(evidence, sorted(judged.evidence)) if evidence else {}
     if not any(_doubtful(verdict, judged.evidence, told) for verdict in judged.verdicts):
-        told = {}
-    lacks = (found for other in others if (found := _lacking(other, standing)) is not None)
-    more = {one.names: one for one in lacks if _may_lack(judged, one, standing)}
-    return FromOthers(tuple(sorted(told.items())), tuple(more.values()))
-
-
-def _lacking(judged: Judged, standing: Collection[str]) -> Elsewhere | None:
-    """What one water lacks beside what the dry trials do, where that explains a group and can be told to others."""
-    numbers = tuple((name, value) for name, (value, _) in sorted(judged.values.items()) if "[" not in name)
-    found = Elsewhere(tuple(addend for addend in judged.addends if addend.prefix not in standing), numbers)
-    sure = any(verdict.status == "explained" for verdict in judged.verdicts)
-    return found if sure and found.can_be_told else None
-
-
-def _may_lack(judged: Judged, other: Elsewhere, standing: Collection[str]) -> bool:
-    """Whether a water may lack what another does: nobody knows what it lacks, or it is part of that."""
-    names = [set(verdict.verdict) - set(standing) for verdict in judged.verdicts]
-    unknown = any(verdict.status == "unknown" for verdict in judged.verdicts)
-    return unknown or any(own and own < set(other.names) for own in names)
+        return ()
+    return tuple(sorted(told.items()))
 
 
 def _doubtful(verdict: Verdict, evidence: Mapping[str, float], told: Mapping[str, float]) -> bool:

@@ -91,19 +91,19 @@ def test_a_p_value_near_its_limit_of_one_in_a_hundred_is_worked_out_with_more_re
 
 
 def test_a_p_value_near_its_limit_hardly_depends_on_what_is_drawn():
-    level, fit = calibrated(1.02)
-    laws = [found(name) for name in ("gain_error", "cubic_stiffness", "stribeck_friction")]
-    real, spread = np.random.default_rng, {}
-    for closer in (1, null_module.CLOSER):
+    level = make_level([member("short", SHORT, 2000, ((registry.find("cubic_stiffness"), 3.0e5),))])
+    fit, laws = stands(level), [found(name) for name in ("cubic_stiffness", "cubic_damping")]
+    real, logs = np.random.default_rng, {}
+    for closer in (1, 16):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(null_module, "CLOSER", closer)
-            patch.setattr(null_module, "NEAR", math.inf)
-            logs = []
+            patch.setattr(null_module, "DRAWS", 150)
+            logs[closer] = []
             for seed in range(8):
                 patch.setattr(null_module.np.random, "default_rng", lambda _, seed=seed: real(seed))
-                logs.append(math.log(null_test(level, laws, fit, ()).p_value))
-            spread[closer] = np.std(logs)
-    assert spread[null_module.CLOSER] < 0.6 * spread[1]
+                logs[closer].append(math.log(null_test(level, laws, fit, ()).p_value))
+    assert np.mean(logs[16]) == pytest.approx(math.log(SIGNIFICANT), abs=0.7)
+    assert np.std(logs[16]) < 0.7 * np.std(logs[1])
 
 
 INSTRUMENTS = ("time_shift", "gain_error", "sensor_drift", "imperfect_release")

@@ -188,7 +188,7 @@ def test_verdicts_of_groups_judged_together_come_back_in_their_order(task: Group
     clock = Addend("1.clock", (), frees="clock", centres=(0.1, 0.2), degree=2)
     addends = (Addend("0.friction", (friction, sine)), clock)
     values = {"0.friction.force_N": (80.0, 2.0)}
-    judged = Judged((explained, plain), ("long", "short"), addends, values, {"a": run}, {"relaxation": 2.0}, 1.5)
+    judged = Judged((explained, plain), ("long", "short"), addends, values, {"a": run}, {"relaxation": 2.0})
     checkpoints.save_verdicts(judged, tmp_path / "v.json")
     loaded = checkpoints.load_verdicts((task, other), ("long", "short"), tmp_path / "v.json")
     assert loaded is not None

@@ -322,7 +322,7 @@ def _scored(
     widths = believed_widths(level, stands.fit.solution)
     measures = [sizes.measure(place) for place in stack.places]
     square = surely_wrong(stands.fit.solution, left)
-    drawn = noise + stack.information @ _slightly_wrong(stack, square, draws, rng)
+    drawn = noise + _slightly_wrong(stack, square, draws, rng)
     out = []
     for place, own, measure in zip(stack.places, stack.slices, measures, strict=True):
         information = stack.information[own, own]
@@ -355,8 +355,8 @@ def _of_instruments(stack: Stack, own: slice, noise: Array, widths: Array) -> fl
 
 
 def _slightly_wrong(stack: Stack, square: float, draws: int, rng: np.random.Generator) -> Array:
-    """Coefficients (width, draws) of one law of the catalogue in every replica, as large as what the closest model
-    leaves above the sensors' noise, a sum of squares: no equation is exact."""
+    """What one law of the catalogue in every replica, as large as what the closest model leaves above the sensors'
+    noise (a sum of squares), adds to the scores (width, draws): no equation is exact."""
     out = np.zeros((len(stack.information), draws))
     pairs = zip(stack.places, stack.slices, strict=True)
     able = [i for i, (place, at) in enumerate(pairs) if place.additions and stack.shows(place, at)]
@@ -370,5 +370,6 @@ def _slightly_wrong(stack: Stack, square: float, draws: int, rng: np.random.Gene
         mine = np.flatnonzero(which == index)
         moved = rng.standard_normal((stack.places[index].width, mine.size))
         found = np.einsum("wn,wv,vn->n", moved, stack.information[at, at], moved)
-        out[at, mine] = moved * np.sqrt(square * rng.uniform(size=mine.size) / np.maximum(found, 1e-300))
+        size = np.sqrt(square * rng.uniform(size=mine.size) / np.maximum(found, 1e-300))
+        out[:, mine] = stack.information[:, at] @ (moved * size)
     return out

@@ -70,7 +70,8 @@ def test_a_law_taken_whole_gains_what_it_takes_off_half_the_squares_and_never_le
 
 
 @pytest.mark.parametrize(
-    ("samples", "draws"), [(1_000, [1000]), (40_000, [500, 500]), (1_000_000, [20] * 50), (30_000_000, [1] * 1000)]
+    ("samples", "draws"),
+    [(1_000, [1000]), (40_000, [500, 500]), (60_000, [333, 333, 333, 1]), (30_000_000, [1] * 1000)],
 )
 def test_residuals_of_a_large_level_are_drawn_as_many_at_a_time_as_there_is_room_for(monkeypatch, samples, draws):
     drawn = []

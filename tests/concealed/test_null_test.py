@@ -106,6 +106,14 @@ def test_a_p_value_near_its_limit_hardly_depends_on_what_is_drawn():
     assert np.std(logs[16]) < 0.7 * np.std(logs[1])
 
 
+def test_a_suspect_that_no_place_shows_is_passed_over():
+    level, fit = quiet()
+    laws = [found(name) for name in ("cubic_stiffness", "cubic_damping")]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Stack, "shows", lambda self, place, at: place.label == "cubic_stiffness")
+        assert [test.name for test in null_test(level, laws, fit, ()).tests] == ["cubic_stiffness"]
+
+
 INSTRUMENTS = ("time_shift", "gain_error", "sensor_drift", "imperfect_release")
 
 

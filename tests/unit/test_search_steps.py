@@ -77,13 +77,15 @@ def test_residuals_of_a_large_level_are_drawn_as_many_at_a_time_as_there_is_room
     drawn = []
     monkeypatch.setattr(null_test, "replicas", lambda level, solution, left, count, rng: drawn.append(count))
     monkeypatch.setattr(null_test, "within_reason", lambda *_: True)
-    stack = SimpleNamespace(
-        stands=SimpleNamespace(fit=SimpleNamespace(solution=None), pulled=lambda _: None),
-        scores=lambda *_: np.zeros((1, drawn[-1])),
+    monkeypatch.setattr(null_test, "believed_widths", lambda *_: None)
+    monkeypatch.setattr(null_test, "surely_wrong", lambda *_: 0.0)
+    monkeypatch.setattr(null_test, "_slightly_wrong", lambda stack, square, count, rng: np.zeros((1, count)))
+    stands = SimpleNamespace(
+        fit=SimpleNamespace(solution=SimpleNamespace(residuals=())), pulled=lambda _: None, gradient=np.zeros(1)
     )
+    stack = SimpleNamespace(stands=stands, scores=lambda *_: np.zeros((1, drawn[-1])), places=(), slices=())
     halves = [SimpleNamespace(size=samples // 2)] * 2
-    with pytest.raises(AttributeError):  # all are drawn; then the recordings' own residuals are asked for
-        null_test._scored(None, stack, None, halves, np.random.default_rng(0), 1000)
+    null_test._scored(None, stack, None, halves, np.random.default_rng(0), 1000)
     assert drawn == draws
     drawn.clear()
     monkeypatch.setattr(null_test, "within_reason", lambda *_: False)
